@@ -1,0 +1,1 @@
+"""The filter descriptors, one XML file a filter; data of the package meshlab_specsmooth."""

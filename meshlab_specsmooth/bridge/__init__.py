@@ -1,0 +1,1 @@
+"""Between MeshSets and arrays: the only room that knows pymeshlab."""

@@ -1,0 +1,43 @@
+"""Command-line options from a filter's descriptor, and back to its keyword arguments."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from meshlab_specsmooth.bridge.filters import PercentageValue
+from meshlab_specsmooth.descriptors import Descriptor
+
+
+def add_options(parser: argparse.ArgumentParser, descriptor: Descriptor) -> None:
+    """One option a parameter: same name, type, choices, default and help as everywhere else."""
+    for parameter in descriptor.parameters:
+        kind: dict[str, Any] = {"choices": parameter.values} if parameter.type == "enum" else _TYPES[parameter.type]
+        parser.add_argument(
+            "--" + parameter.name.replace("_", "-"),
+            default=parameter.default,
+            help=f"{parameter.help} (default: {parameter.default})".replace("%", "%%"),
+            **kind,
+        )
+
+
+def given_parameters(arguments: argparse.Namespace, descriptor: Descriptor) -> dict[str, Any]:
+    """Keyword arguments for the filter; only what differs from its defaults."""
+    values = {parameter.name: getattr(arguments, parameter.name) for parameter in descriptor.parameters}
+    return {name: value for name, value in values.items() if value != descriptor[name].default}
+
+
+def _length(text: str) -> float | PercentageValue:
+    """A plain number is in mesh units, a number with a per-cent sign a share of the bounding-box diagonal."""
+    if text.endswith("%"):
+        return PercentageValue(float(text[:-1]))
+    return float(text)
+
+
+_length.__name__ = "length"
+_TYPES: dict[str, dict[str, Any]] = {
+    "bool": {"action": argparse.BooleanOptionalAction},
+    "int": {"type": int, "metavar": "N"},
+    "float": {"type": float, "metavar": "X"},
+    "length": {"type": _length, "metavar": "LENGTH|N%"},
+}

@@ -1,0 +1,34 @@
+"""A progress bar on a terminal, nothing elsewhere."""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+from collections.abc import Iterator
+
+from meshlab_specsmooth.errors import MissingExtra
+from meshlab_specsmooth.spectral.progress import Progress
+
+
+@contextlib.contextmanager
+def bar(description: str) -> Iterator[Progress | None]:
+    """A callback for the fraction done, or None where standard error is no terminal.
+
+    The bar itself is the extra ``progress``; without it a line says so, and the work goes on.
+    """
+    if not sys.stderr.isatty():
+        yield None
+        return
+    try:
+        from tqdm import tqdm
+    except ImportError:
+        print(MissingExtra("a progress bar", "progress"), file=sys.stderr)
+        yield None
+        return
+    shape = "{desc} |{bar}| {percentage:3.0f}% {elapsed}"
+    with tqdm(desc=description, total=1.0, bar_format=shape, leave=False, file=sys.stderr) as display:
+
+        def show(fraction: float) -> None:
+            display.update(fraction - display.n)
+
+        yield show

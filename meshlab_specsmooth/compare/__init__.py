@@ -1,0 +1,1 @@
+"""Filters side by side: metrics, and the experiments that use them."""

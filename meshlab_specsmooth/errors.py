@@ -1,0 +1,52 @@
+"""What can go wrong, as types. Every message names what is wrong, where, and the remedy."""
+
+from __future__ import annotations
+
+
+class SpecsmoothError(Exception):
+    """Base of every error that this package raises on purpose."""
+
+
+class InvalidSurface(SpecsmoothError, ValueError):  # noqa: N818 (named for what is wrong, as the other errors are)
+    """Arrays that are no triangle mesh.
+
+    Attributes
+    ----------
+    array : str
+        ``"vertices"`` or ``"faces"``.
+    index : int or None
+        First bad row, where the fault has a place.
+    """
+
+    def __init__(self, array: str, problem: str, remedy: str, index: int | None = None) -> None:
+        self.array = array
+        self.index = index
+        where = array if index is None else f"{array}[{index}]"
+        super().__init__(f"{where} {problem}; {remedy}")
+
+
+class InvalidParameter(SpecsmoothError, ValueError):  # noqa: N818
+    """A parameter outside what the method allows."""
+
+
+class NotConverged(SpecsmoothError, ArithmeticError):  # noqa: N818
+    """An iteration that ended before it reached its tolerance."""
+
+
+class TooLarge(SpecsmoothError, MemoryError):  # noqa: N818
+    """Work that would not fit in memory, refused before it starts."""
+
+
+class MeshSetError(SpecsmoothError, RuntimeError):
+    """A MeshSet that cannot be smoothed, or that did not take its new coordinates."""
+
+
+class FileError(SpecsmoothError, OSError):
+    """A mesh file that cannot be read or written."""
+
+
+class MissingExtra(SpecsmoothError, ImportError):  # noqa: N818
+    """An optional dependency that is not installed."""
+
+    def __init__(self, what: str, extra: str) -> None:
+        super().__init__(f"{what} needs the extra '{extra}': pip install 'meshlab-specsmooth[{extra}]'")

@@ -1,0 +1,115 @@
+"""Surfaces side by side as one PNG, rendered without a display."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from meshlab_specsmooth.errors import MissingExtra
+from meshlab_specsmooth.surface import Floats, Surface
+
+_COLOUR = "#d8c9a8"
+_WIDTH, _TITLE, _MARGIN = 360, 46, 6  # pixels of a panel
+
+
+@dataclass(frozen=True, eq=False)
+class Panel:
+    """A surface and the lines written over it."""
+
+    title: str
+    surface: Surface
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """Where to look from, the same for every panel.
+
+    Attributes
+    ----------
+    centre : (3,) float64
+        Point looked at, in mesh units.
+    direction, up : (3,) float64
+        From the centre towards the eye, and upwards in the picture.
+    height : float
+        What the picture spans from bottom to top, in mesh units.
+    """
+
+    centre: Floats
+    direction: Floats
+    up: Floats
+    height: float
+
+
+def front(surface: Surface) -> View:
+    """All of a surface, seen along -z with y upwards."""
+    low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
+    span = float((high - low).max())
+    up = np.array([0.0, 1.0, 0.0])
+    # looked at a little above its middle, which leaves room for the title
+    return View((low + high) / 2 + 0.06 * span * up, np.array([0.25, 0.15, 1.0]), up, 1.25 * span)
+
+
+def close_up(view: View, centre: Floats, share: float) -> View:
+    """The same view, centred elsewhere and spanning a share of its height."""
+    return View(centre, view.direction, view.up, view.height * share)
+
+
+def picture(path: str | os.PathLike[str], panels: Sequence[Panel], views: Sequence[View]) -> None:
+    """Write a PNG with a column a panel and a row a view; flat shaded, so that noise shows.
+
+    Raises
+    ------
+    MissingExtra
+        PyVista is not installed.
+    """
+    try:
+        import pyvista
+    except ImportError as error:
+        raise MissingExtra("a picture", "report") from error
+    if sys.platform == "linux" and "DISPLAY" not in os.environ:
+        os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")  # or it warns of a missing X server
+    shape = (len(views), len(panels))
+    size = (_WIDTH * len(panels), (_WIDTH + _TITLE) * len(views))
+    plotter = pyvista.Plotter(off_screen=True, shape=shape, window_size=size, border=False, lighting="none")
+    try:
+        for column, panel in enumerate(panels):
+            mesh = pyvista.PolyData.from_regular_faces(panel.surface.vertices, panel.surface.faces)
+            for row, view in enumerate(views):
+                plotter.subplot(row, column)
+                _draw(plotter, pyvista, mesh, view)
+                if row == 0:
+                    plotter.add_text(panel.title, position="upper_edge", font_size=9, color="black")
+        target = Path(path)
+        # the renderer goes by the name's ending, so the part file keeps it
+        part = target.with_name(f".part-{target.name}")
+        plotter.screenshot(str(part))
+        part.replace(target)
+    finally:
+        plotter.close()
+
+
+def _draw(plotter: Any, pyvista: Any, mesh: Any, view: View) -> None:
+    plotter.set_background("white")
+    plotter.add_mesh(mesh, color=_COLOUR, ambient=0.12, diffuse=0.9, specular=0.15, specular_power=12)
+    # one lamp from the upper left, low over the surface, as a restorer lights a relief; a weak one from the eye
+    side = np.cross(view.up, view.direction)
+    for towards, intensity in ((view.direction + 0.8 * view.up - 1.2 * side, 0.85), (view.direction, 0.25)):
+        lamp = pyvista.Light(position=tuple(view.centre + towards), focal_point=tuple(view.centre), intensity=intensity)
+        lamp.positional = False
+        plotter.add_light(lamp, only_active=True)
+    distance = 4 * view.height
+    eye = view.centre + distance * view.direction / np.linalg.norm(view.direction)
+    plotter.camera.position, plotter.camera.focal_point, plotter.camera.up = (
+        tuple(eye),
+        tuple(view.centre),
+        tuple(view.up),
+    )
+    plotter.camera.parallel_projection = True
+    plotter.camera.parallel_scale = view.height / 2
+    plotter.reset_camera_clipping_range()

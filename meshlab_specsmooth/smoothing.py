@@ -1,0 +1,390 @@
+"""The paper's three steps, for arrays: differential coordinates, their low-pass, reconstruction."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.sparse import csr_array
+
+from meshlab_specsmooth.descriptors import SMOOTHING_DEFAULTS
+from meshlab_specsmooth.errors import InvalidParameter
+from meshlab_specsmooth.operators import Laplacian, barycenters
+from meshlab_specsmooth.operators import laplacian as build_laplacian
+from meshlab_specsmooth.reconstruction import Solution, solve
+from meshlab_specsmooth.spectral.cutoff import wavelength_in_edges
+from meshlab_specsmooth.spectral.design import Design, design
+from meshlab_specsmooth.spectral.progress import Progress, part
+from meshlab_specsmooth.surface import Floats, Integers, Surface, edges, mean_length
+
+# The default cut-off, until the mesh's own spectrum sets it: waves of 20 edges are shape on any mesh that resolves its
+# shape at all, waves of a few edges are where noise is.
+DEFAULT_WAVELENGTH_IN_EDGES = 20.0
+
+# Error of the polynomial relative to what it is applied to. Differential coordinates are of the size of the
+# displacement; positions are up to a thousand times larger, so their low-pass needs three digits more.
+DIFFERENTIAL_TOLERANCE = 5e-4
+POSITION_TOLERANCE = 1e-7
+
+_RESPONSE = str(SMOOTHING_DEFAULTS["response"])
+_WEIGHT = float(SMOOTHING_DEFAULTS["barycenter_weight"])  # type: ignore[arg-type]
+_PASSES = int(SMOOTHING_DEFAULTS["passes"])  # type: ignore[arg-type]
+_LAPLACIAN = str(SMOOTHING_DEFAULTS["laplacian"])
+_METHOD = str(SMOOTHING_DEFAULTS["method"])
+
+
+@dataclass(frozen=True, eq=False)
+class SmoothingResult:
+    """The smoothed surface, and the evidence.
+
+    Attributes
+    ----------
+    vertices : (n, 3) float64
+        New positions, in mesh units; vertices without an edge are where they were, to the bit.
+    cutoff : float
+        Eigenvalue of the Laplacian that the response is cut off at, in (0, 2].
+    modes : float
+        Number of modes below the cut-off: as asked for, or by Weyl's law from the wavelength.
+    modes_error : float
+        Standard error of that number relative to it; 0 where the eigenvalues were computed, NaN for Weyl's law.
+    wavelength : float
+        Length of the surface wave at the cut-off, in mesh units.
+    mean_edge : float
+        Mean edge length of the input, in mesh units.
+    response, laplacian, method : str
+        As used; ``method`` is never ``"auto"``.
+    barycenter_weight : float
+        0 for the plain low-pass, which is the limit.
+    passes : int
+    degree : int
+        Sweeps over the mesh a pass: the degree of the Chebyshev series; 0 for the exact method.
+    response_error : float
+        Bound on the difference between the response and what was applied, at any eigenvalue (for an ideal response:
+        any that is not within 25 % of the cut-off).
+    iterations : tuple of int
+        Of the conjugate gradients, each pass.
+    residual : float
+        Largest relative residual of the least squares' normal equations.
+    displacement : float
+        Root mean square distance between input and result, in mesh units.
+    seconds : float
+    """
+
+    vertices: Floats
+    cutoff: float
+    modes: float
+    modes_error: float
+    wavelength: float
+    mean_edge: float
+    response: str
+    laplacian: str
+    method: str
+    barycenter_weight: float
+    passes: int
+    degree: int
+    response_error: float
+    iterations: tuple[int, ...]
+    residual: float
+    displacement: float
+    seconds: float
+
+
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """What does not depend on the parameters, held for many runs; made by :func:`prepare`.
+
+    Attributes
+    ----------
+    surface : Surface
+        As given.
+    moving : (k,) int32
+        The vertices that have an edge; the others stay. All operators act on these.
+    positions : (k, 3) float64
+        Their positions, centred, times 2^-exponent, so that they lie in [-1, 1].
+    exponent : int
+    mean_edge : float
+        Of ``positions``.
+    L : Laplacian
+    gram : (k, k) csr_array
+        C^T C of the face barycentres.
+    kind : str
+        ``"uniform"`` or ``"cotangent"``.
+    """
+
+    surface: Surface
+    moving: Integers
+    positions: Floats
+    exponent: int
+    mean_edge: float
+    L: Laplacian
+    gram: csr_array
+    kind: str
+
+    def smooth(
+        self,
+        *,
+        modes: int | None = None,
+        wavelength: float | None = None,
+        response: str = _RESPONSE,
+        barycenter_weight: float = _WEIGHT,
+        passes: int = _PASSES,
+        method: str = _METHOD,
+        progress: Progress | None = None,
+    ) -> SmoothingResult:
+        """As :func:`smooth`, without preparing anew."""
+        start = time.perf_counter()
+        if not 0 < barycenter_weight < np.inf:
+            raise InvalidParameter(
+                f"barycenter_weight is {barycenter_weight}; it must be positive and finite (for the limit 0, low_pass)"
+            )
+        passes = _whole("passes", passes)
+        low_pass = self._design(modes, wavelength, response, method, DIFFERENTIAL_TOLERANCE)
+        V = self.positions
+        solutions = []
+        for number in range(passes):
+            step_2 = part(progress, number / passes, 0.5 / passes)
+            step_3 = part(progress, (number + 0.5) / passes, 0.5 / passes)
+            delta = self.L @ V
+            change = self.L.function(low_pass.filter, delta, step_2) - delta
+            solutions.append(solve(self.L, self.gram, barycenter_weight, change, step_3))
+            V = V + solutions[-1].displacement
+        if progress is not None:
+            progress(1.0)
+        return self._result(V, low_pass, float(barycenter_weight), solutions, start)
+
+    def low_pass(
+        self,
+        *,
+        modes: int | None = None,
+        wavelength: float | None = None,
+        response: str = _RESPONSE,
+        method: str = _METHOD,
+        progress: Progress | None = None,
+    ) -> SmoothingResult:
+        """As :func:`low_pass`, without preparing anew."""
+        start = time.perf_counter()
+        low_pass = self._design(modes, wavelength, response, method, POSITION_TOLERANCE)
+        V = self.L.function(low_pass.filter, self.positions, progress)
+        return self._result(V, low_pass, 0.0, [], start)
+
+    def _design(
+        self, modes: int | None, wavelength: float | None, response: str, method: str, tolerance: float
+    ) -> Design:
+        n = len(self.moving)
+        size: float
+        if modes is not None:
+            if wavelength is not None:
+                raise InvalidParameter("modes and wavelength both set the cut-off; give one of them")
+            by, size = "modes", _whole("modes", modes)
+            if size > n:
+                raise InvalidParameter(f"modes is {modes}; this mesh has {n}")
+        elif wavelength is None:
+            by, size = "wavelength", DEFAULT_WAVELENGTH_IN_EDGES
+        elif not 0 < wavelength < np.inf:
+            raise InvalidParameter(f"wavelength is {wavelength}; it must be a positive length in mesh units")
+        elif self.mean_edge == 0:
+            raise InvalidParameter("wavelength has no meaning here: no edge of this mesh has a length")
+        else:
+            by, size = "wavelength", float(np.ldexp(wavelength, -self.exponent)) / self.mean_edge
+        return design(self.L.S, size, by=by, name=response, method=method, tolerance=tolerance)
+
+    def _result(
+        self, V: Floats, low_pass: Design, weight: float, solutions: list[Solution], start: float
+    ) -> SmoothingResult:
+        displacement = V - self.positions
+        vertices = self.surface.vertices.copy()
+        # the displacement is added to the positions as given, so that what did not move stays to the bit
+        vertices[self.moving] += np.ldexp(displacement, self.exponent)
+        mean_edge = float(np.ldexp(self.mean_edge, self.exponent))
+        rms = np.sqrt((displacement**2).sum() / len(vertices))
+        return SmoothingResult(
+            vertices=vertices,
+            cutoff=low_pass.cutoff.eigenvalue,
+            modes=low_pass.cutoff.modes,
+            modes_error=low_pass.cutoff.error,
+            wavelength=wavelength_in_edges(low_pass.cutoff.eigenvalue) * mean_edge,
+            mean_edge=mean_edge,
+            response=low_pass.response.label,
+            laplacian=self.kind,
+            method=low_pass.method,
+            barycenter_weight=weight,
+            passes=max(len(solutions), 1),
+            degree=low_pass.filter.degree,
+            response_error=low_pass.filter.error,
+            iterations=tuple(solution.iterations for solution in solutions),
+            residual=max((solution.residual for solution in solutions), default=0.0),
+            displacement=float(np.ldexp(rms, self.exponent)),
+            seconds=time.perf_counter() - start,
+        )
+
+
+def prepare(vertices: npt.ArrayLike, faces: npt.ArrayLike, *, laplacian: str = _LAPLACIAN) -> Prepared:
+    """Build what does not depend on the parameters, to smooth the same surface many times.
+
+    Parameters
+    ----------
+    vertices, faces, laplacian
+        As for :func:`smooth`.
+
+    Examples
+    --------
+    >>> import meshlab_specsmooth as mss
+    >>> corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    >>> prepared = mss.prepare(corners, [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
+    >>> [prepared.smooth(modes=k).method for k in (1, 4)]
+    ['exact', 'exact']
+    """
+    surface = Surface(vertices, faces)  # type: ignore[arg-type]  # the gate takes anything and says what is wrong
+    ends, _ = edges(surface)
+    has_edge = np.zeros(len(surface.vertices), dtype=np.bool_)
+    has_edge[ends] = True
+    moving = np.flatnonzero(has_edge).astype(np.int32)
+    number = (np.cumsum(has_edge) - 1).astype(np.int32)  # of each moving vertex among them
+    positions, exponent = _normalised(surface.vertices[moving])
+    if len(moving) == 0:
+        nothing = csr_array((0, 0))
+        return Prepared(
+            surface, moving, positions, exponent, 0.0, Laplacian(nothing, np.empty((0, 1))), nothing, laplacian
+        )
+    # a face whose three corners are one vertex has no edge, and its barycentre no say
+    has_side = (surface.faces != surface.faces[:, [1, 2, 0]]).any(axis=1)
+    graph = Surface(positions, number[surface.faces[has_side]])
+    C = barycenters(graph)
+    return Prepared(
+        surface,
+        moving,
+        positions,
+        exponent,
+        mean_length(positions, number[ends]),
+        build_laplacian(graph, number[ends], laplacian),
+        (C.T @ C).tocsr(),
+        laplacian,
+    )
+
+
+def smooth(
+    vertices: npt.ArrayLike,
+    faces: npt.ArrayLike,
+    *,
+    modes: int | None = None,
+    wavelength: float | None = None,
+    response: str = _RESPONSE,
+    barycenter_weight: float = _WEIGHT,
+    passes: int = _PASSES,
+    laplacian: str = _LAPLACIAN,
+    method: str = _METHOD,
+    progress: Progress | None = None,
+) -> SmoothingResult:
+    """Spectral smoothing with barycentre constraints: the paper's method.
+
+    Step 1 takes the differential coordinates delta = L V (eq. 3-4), step 2 low-passes them, delta' = h(L) delta, and
+    step 3 finds the surface that has them and keeps its face barycentres: the V' that minimises
+    ``|L V' - delta'|^2 + w^2 |C V' - C V|^2`` (eq. 5-6).
+
+    Parameters
+    ----------
+    vertices : (n, 3) real array
+        In mesh units; never changed.
+    faces : (m, 3) integer array
+        Never changed.
+    modes : int, optional
+        Number of modes kept, lowest first (the paper's f_a).
+    wavelength : float, optional
+        Shortest surface wave kept, in mesh units. Without this and ``modes``: 20 mean edge lengths.
+    response : {"ideal", "butterworth", "gaussian", "heat"}
+        Shape of the low-pass; see :mod:`meshlab_specsmooth.response`.
+    barycenter_weight : float
+        w > 0, dimensionless: how firmly the barycentres are held. It is the strength of the filter, more than the
+        cut-off is: 1 is the paper, 0.3 suits noise of 0.2 edge lengths.
+    passes : int
+        How often all of it is done, each time to the last result.
+    laplacian : {"uniform", "cotangent"}
+        See :func:`meshlab_specsmooth.operators.laplacian`.
+    method : {"auto", "exact", "chebyshev"}
+        How h(L) is applied: with eigenvectors, or with a polynomial; ``"auto"`` is exact up to 1000 vertices.
+    progress : callable, optional
+        Called with the fraction done, rising to 1.
+
+    Returns
+    -------
+    SmoothingResult
+        ``vertices`` and the evidence.
+
+    Raises
+    ------
+    InvalidSurface
+        The arrays are no triangle mesh.
+    InvalidParameter
+        A parameter is out of range, or modes and wavelength are both given.
+    NotConverged
+        The least squares did not reach its tolerance.
+    TooLarge
+        ``method="exact"`` on a mesh whose eigenvectors would not fit in memory.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import meshlab_specsmooth as mss
+    >>> octahedron = np.vstack([np.eye(3), -np.eye(3)])
+    >>> faces = [[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]]
+    >>> result = mss.smooth(octahedron, faces, modes=4)
+    >>> result.method, result.modes, np.allclose(result.vertices, octahedron)
+    ('exact', 4, True)
+    """
+    return prepare(vertices, faces, laplacian=laplacian).smooth(
+        modes=modes,
+        wavelength=wavelength,
+        response=response,
+        barycenter_weight=barycenter_weight,
+        passes=passes,
+        method=method,
+        progress=progress,
+    )
+
+
+def low_pass(
+    vertices: npt.ArrayLike,
+    faces: npt.ArrayLike,
+    *,
+    modes: int | None = None,
+    wavelength: float | None = None,
+    response: str = _RESPONSE,
+    laplacian: str = _LAPLACIAN,
+    method: str = _METHOD,
+    progress: Progress | None = None,
+) -> SmoothingResult:
+    """Plain spectral smoothing of the coordinates, V' = h(L) V: what the paper compares with.
+
+    It is the limit of :func:`smooth` for a barycentre weight of 0; it loses all detail below the wavelength, and
+    shrinks. Parameters, returns and errors as for :func:`smooth`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import meshlab_specsmooth as mss
+    >>> triangle = np.array([[0.0, 0, 0], [3, 0, 0], [0, 3, 0]])
+    >>> mss.low_pass(triangle, [[0, 1, 2]], modes=1).vertices.round(12)  # the constant mode: the centre
+    array([[1., 1., 0.],
+           [1., 1., 0.],
+           [1., 1., 0.]])
+    """
+    return prepare(vertices, faces, laplacian=laplacian).low_pass(
+        modes=modes, wavelength=wavelength, response=response, method=method, progress=progress
+    )
+
+
+def _whole(name: str, value: int) -> int:
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
+        raise InvalidParameter(f"{name} is {value!r}; it must be a whole number of 1 or more")
+    return int(value)
+
+
+def _normalised(V: Floats) -> tuple[Floats, int]:
+    """``V`` centred and divided by 2^exponent, so that it lies in [-1, 1]; a power of two rounds nothing."""
+    if len(V) == 0:
+        return V, 0
+    centred = V - (V.min(axis=0) / 2 + V.max(axis=0) / 2)
+    exponent = int(np.frexp(np.abs(centred).max())[1])
+    return np.ldexp(centred, -exponent), exponent

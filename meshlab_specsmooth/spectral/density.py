@@ -1,0 +1,96 @@
+"""How many modes lie below an eigenvalue, without computing any.
+
+Chebyshev moments of random vectors give the density of modes (the kernel polynomial method: Weisse, Wellein, Alvermann,
+Fehske, *Rev. Mod. Phys.* 78, 2006). The count at low eigenvalues is then a short series in the eigenvalue (Weyl's law:
+area, boundary), fitted where the moments are well determined.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from meshlab_specsmooth.spectral.chebyshev import doubled_and_shifted
+from meshlab_specsmooth.spectral.cutoff import WEYL
+from meshlab_specsmooth.surface import Floats
+
+SEED = 2010  # any number: fixed, so that two runs agree to the bit
+
+# The range that the counting function is fitted on reaches at least to here, however few modes are asked for
+_LEAST_RANGE = 0.2
+
+
+def cutoff_of_modes(S: csr_array, modes: int) -> tuple[float, float]:
+    """The eigenvalue below which ``modes`` modes lie, from the density of modes.
+
+    Parameters
+    ----------
+    S : (n, n) csr_array
+        Symmetric, spectrum inside [0, 2].
+    modes : int
+        1 to n - 1.
+
+    Returns
+    -------
+    eigenvalue : float
+    error : float
+        Standard error of the number of modes below it, relative to that number: of the random vectors, and of the
+        smooth law, about which the eigenvalues scatter.
+    """
+    n = S.shape[0]
+    guess = WEYL * modes / n
+    # The number of modes below the top of the fitted range decides how well it is known: its standard deviation is
+    # sqrt(2 count / probes).
+    top = min(1.9, max(_LEAST_RANGE, 2 * guess))
+    probes = int(np.clip(2 / (_WANTED_ERROR**2 * n * top / WEYL), 4, 24))
+    moments = _moments(S, probes, _DEGREE)
+    if guess > _LEAST_RANGE:  # well inside the spectrum the integrated density itself is accurate
+        grid = np.linspace(0, 2, 4001)
+        below = n * _integrated_density(moments, grid)
+    else:
+        # N(x) = a x + b sqrt(x) + c x^2: area, boundary, dispersion. Its variance grows with N.
+        x = np.linspace(top / 12, top, 24)
+        weight = 1 / np.sqrt(x)
+        counts = n * _integrated_density(moments, x)
+        terms = np.stack([x, np.sqrt(x), x * x], axis=1)
+        a, b, c = np.linalg.lstsq(terms * weight[:, None], counts * weight, rcond=None)[0]
+        grid = np.geomspace(guess / 100, 2 * top, 4000)
+        below = a * grid + b * np.sqrt(grid) + c * grid**2
+    eigenvalue = np.interp(modes, np.maximum.accumulate(below), grid)
+    error = np.sqrt(2 / (probes * max(modes, n * top / WEYL / 2)) + 1 / (2 * modes))
+    return float(np.clip(eigenvalue, guess / 100, 2.0)), float(error)
+
+
+_WANTED_ERROR = 0.02
+_DEGREE = 48  # products with S; gives twice as many moments, a resolution of pi / 96 in arccos(1 - lambda)
+
+
+def _moments(S: csr_array, probes: int, degree: int) -> Floats:
+    """(2 degree + 1,) estimates of trace(T_k(S - I)) / n from seeded random signs."""
+    n = S.shape[0]
+    X = np.random.default_rng(SEED).choice([-1.0, 1.0], size=(n, probes))
+    twice = doubled_and_shifted(S)
+    before, now = X, 0.5 * (twice @ X)
+    moments = np.empty(2 * degree + 1)
+    first = np.vdot(X, now)
+    moments[0], moments[1] = n * probes, first
+    for k in range(1, degree + 1):
+        # 2 T_k T_k = T_2k + T_0 and 2 T_k T_k-1 = T_2k-1 + T_1: two moments a product
+        moments[2 * k - 1] = 2 * np.vdot(now, before) - first
+        moments[2 * k] = 2 * np.vdot(now, now) - moments[0]
+        following = twice @ now
+        following -= before
+        before, now = now, following
+    return np.asarray(moments / (n * probes))
+
+
+def _integrated_density(moments: Floats, eigenvalues: Floats) -> Floats:
+    """Share of the modes below each eigenvalue, from the moments damped by Jackson's kernel."""
+    count = len(moments)
+    k = np.arange(count)
+    q = np.pi / (count + 1)
+    jackson = ((count - k + 1) * np.cos(q * k) + np.sin(q * k) / np.tan(q)) / (count + 1)
+    # lambda = 1 + cos(t); modes below it have angles from t to pi, where T_k integrates to -sin(k t) / k
+    t = np.arccos(np.clip(eigenvalues - 1, -1, 1))
+    coefficients = 2 * jackson[1:] * moments[1:] / k[1:]
+    return np.asarray((np.pi - t - np.sin(np.outer(t, k[1:])) @ coefficients) / np.pi)

@@ -1,0 +1,86 @@
+"""From what was asked for (modes or a wavelength, a response, a method) to a filter that can be applied."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from scipy.sparse import csr_array
+
+from meshlab_specsmooth.errors import InvalidParameter
+from meshlab_specsmooth.response import Response, response
+from meshlab_specsmooth.spectral import SpectralFilter, density, eigenbasis
+from meshlab_specsmooth.spectral.chebyshev import approximate
+from meshlab_specsmooth.spectral.cutoff import Cutoff, from_wavelength
+
+METHODS = ("auto", "exact", "chebyshev")
+
+
+@dataclass(frozen=True, eq=False)
+class Design:
+    """A filter and where it comes from.
+
+    Attributes
+    ----------
+    filter : SpectralFilter
+    response : Response
+    cutoff : Cutoff
+    method : str
+        ``"exact"`` or ``"chebyshev"``.
+    """
+
+    filter: SpectralFilter
+    response: Response
+    cutoff: Cutoff
+    method: str
+
+
+def design(S: csr_array, size: int | float, *, by: str, name: str, method: str, tolerance: float) -> Design:
+    """A low-pass for S.
+
+    Parameters
+    ----------
+    S : (n, n) csr_array
+        Symmetric, spectrum inside [0, 2].
+    size : float
+        The number of modes kept, or the shortest wave kept in mean edge lengths.
+    by : {"modes", "wavelength"}
+        Which of the two ``size`` is.
+    name : str
+        Of the response, see :data:`meshlab_specsmooth.response.RESPONSES`.
+    method : {"auto", "exact", "chebyshev"}
+        ``auto`` is exact up to :data:`eigenbasis.DENSE_VERTICES` vertices.
+    tolerance : float
+        Error allowed to a polynomial, relative to what it is applied to.
+
+    Raises
+    ------
+    InvalidParameter
+        An unknown method or response, or a response too steep for a polynomial.
+    TooLarge
+        An eigenbasis that would not fit in memory.
+    """
+    if method not in METHODS:
+        raise InvalidParameter(f"method is {method!r}; it must be one of {', '.join(map(repr, METHODS))}")
+    n = S.shape[0]
+    if method == "chebyshev" or (method == "auto" and n > eigenbasis.DENSE_VERTICES):
+        if by == "wavelength":
+            cutoff = from_wavelength(size, n)
+        elif size >= n:
+            cutoff = Cutoff(2.0, n, 0.0)
+        elif n <= eigenbasis.DENSE_VERTICES:
+            cutoff = eigenbasis.complete(S).cutoff(int(size))
+        else:
+            eigenvalue, error = density.cutoff_of_modes(S, int(size))
+            cutoff = Cutoff(eigenvalue, size, error)
+        h = response(name, cutoff.eigenvalue)
+        return Design(approximate(h, tolerance), h, cutoff, "chebyshev")
+    # a step needs the modes that it keeps and one more to tell where it lies; the others have a tail, so they get all
+    if name != "ideal":
+        basis = eigenbasis.complete(S)
+    elif by == "modes":
+        basis = eigenbasis.lowest(S, min(n, int(size) + 1))
+    else:
+        basis = eigenbasis.below(S, from_wavelength(size, n))
+    cutoff = basis.cutoff(int(size)) if by == "modes" else from_wavelength(size, n)
+    h = response(name, cutoff.eigenvalue)
+    return Design(eigenbasis.Projection(basis, h), h, cutoff, "exact")

@@ -1,0 +1,15 @@
+"""How long work reports where it is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+#: Called with the fraction done, rising from 0 to 1.
+Progress = Callable[[float], None]
+
+
+def part(progress: Progress | None, start: float, share: float) -> Progress | None:
+    """A callback for a part of the work, which runs from ``start`` over ``share`` of the whole."""
+    if progress is None:
+        return None
+    return lambda fraction: progress(start + share * fraction)

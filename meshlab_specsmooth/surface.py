@@ -1,0 +1,174 @@
+"""The triangle mesh: two frozen arrays, checked once, here."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from meshlab_specsmooth.errors import InvalidSurface
+
+Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int32]
+Booleans = npt.NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """A triangle mesh; constructing one is the gate for bad input.
+
+    Both arrays are copied, so that the caller's are never touched and later changes to them have no effect here.
+
+    Parameters
+    ----------
+    vertices : (n, 3) real array
+        Positions in mesh units; stored as read-only float64.
+    faces : (m, 3) integer array
+        Vertex indices of each triangle; stored as read-only int32. Degenerate, duplicate, inconsistently oriented and
+        non-manifold faces are accepted, and so are vertices that no face refers to.
+
+    Raises
+    ------
+    InvalidSurface
+        Names the array, the first bad row and the remedy.
+
+    Examples
+    --------
+    >>> import meshlab_specsmooth as mss
+    >>> mss.Surface([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]).vertices.dtype
+    dtype('float64')
+    >>> mss.Surface([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 3]])
+    Traceback (most recent call last):
+    ...
+    meshlab_specsmooth.errors.InvalidSurface: faces[0] refers to vertex 3 of a mesh with 3 vertices (0 to 2); ...
+    """
+
+    vertices: Floats
+    faces: Integers
+
+    def __post_init__(self) -> None:
+        vertices = _checked_vertices(self.vertices)
+        faces = _checked_faces(self.faces, len(vertices))
+        for name, array in (("vertices", vertices), ("faces", faces)):
+            array.flags.writeable = False
+            object.__setattr__(self, name, array)
+
+
+def _checked_vertices(given: Any) -> Floats:
+    array = _as_table(given, "vertices", "coordinates")
+    if array.dtype.kind not in "fiu":
+        raise InvalidSurface("vertices", f"has dtype {array.dtype}", "pass real numbers, e.g. vertices.astype(float)")
+    # a copy in row order whatever the input was (pymeshlab hands out column order)
+    vertices = np.array(array, dtype=np.float64, order="C", copy=True)
+    if len(vertices) == 0:
+        raise InvalidSurface("vertices", "is empty", "a surface needs vertices")
+    finite = np.isfinite(vertices)
+    if not finite.all():
+        row = int(np.flatnonzero(~finite.all(axis=1))[0])
+        raise InvalidSurface(
+            "vertices", f"is not finite: {vertices[row].tolist()}", "remove or repair that vertex first", row
+        )
+    return vertices
+
+
+def _checked_faces(given: Any, vertex_count: int) -> Integers:
+    array = _as_table(given, "faces", "vertex indices")
+    if len(array) == 0:
+        raise InvalidSurface(
+            "faces", "is empty", "smoothing needs triangles: reconstruct a surface from the points first"
+        )
+    if array.dtype.kind not in "iu":
+        raise InvalidSurface("faces", f"has dtype {array.dtype}", "pass integers, e.g. faces.astype(int)")
+    outside = (array < 0) | (array >= vertex_count)
+    if outside.any():
+        row = int(np.flatnonzero(outside.any(axis=1))[0])
+        bad = int(array[row][outside[row]][0])
+        raise InvalidSurface(
+            "faces",
+            f"refers to vertex {bad} of a mesh with {vertex_count} vertices (0 to {vertex_count - 1})",
+            "remove that face or correct its index (indices start at 0)",
+            row,
+        )
+    return np.array(array, dtype=np.int32, order="C", copy=True)
+
+
+def _as_table(given: Any, name: str, columns: str) -> npt.NDArray[Any]:
+    """``given`` as an array of three columns; ragged or otherwise unreadable input is refused by name."""
+    try:
+        array = np.asarray(given)
+    except ValueError as error:
+        raise InvalidSurface(name, f"is no array ({error})", f"pass rows of 3 {columns}") from error
+    if array.ndim != 2 or array.shape[1] != 3:
+        if array.shape == (0,):  # an empty list has lost its columns
+            return array.reshape(0, 3)
+        raise InvalidSurface(name, f"has shape {array.shape}", f"pass rows of 3 {columns}, shape (count, 3)")
+    return array
+
+
+def edges(surface: Surface) -> tuple[Integers, npt.NDArray[np.int64]]:
+    """Undirected edges and the number of faces at each.
+
+    Returns
+    -------
+    ends : (e, 2) int32
+        Each edge once, smaller index first; the sides of degenerate faces that join a vertex to itself are left out.
+    face_count : (e,) int64
+        1 on the boundary, 2 inside a manifold, more where the mesh is non-manifold.
+    """
+    F = surface.faces
+    ends = np.concatenate([F[:, [0, 1]], F[:, [1, 2]], F[:, [2, 0]]])
+    ends = np.sort(ends[ends[:, 0] != ends[:, 1]], axis=1)
+    # one integer an edge sorts much faster than rows do
+    n = len(surface.vertices)
+    keys, count = np.unique(ends[:, 0].astype(np.int64) * n + ends[:, 1], return_counts=True)
+    return np.stack([keys // n, keys % n], axis=1).astype(np.int32), count
+
+
+def mean_edge_length(surface: Surface) -> float:
+    """Mean length of the edges, in mesh units (0 where no face has two different vertices)."""
+    return mean_length(surface.vertices, edges(surface)[0])
+
+
+def mean_length(vertices: Floats, ends: Integers) -> float:
+    """Mean distance between the ends of edges whose indices are known already; 0 of none."""
+    if len(ends) == 0:
+        return 0.0
+    return float(np.linalg.norm(vertices[ends[:, 0]] - vertices[ends[:, 1]], axis=1).mean())
+
+
+def boundary_vertices(surface: Surface) -> Booleans:
+    """(n,) True at the ends of edges that have one face only."""
+    ends, face_count = edges(surface)
+    mask = np.zeros(len(surface.vertices), dtype=np.bool_)
+    mask[ends[face_count == 1].ravel()] = True
+    return mask
+
+
+def components(surface: Surface) -> Integers:
+    """(n,) label of the connected component of each vertex, from 0; an unreferenced vertex is one by itself."""
+    ends, _ = edges(surface)
+    n = len(surface.vertices)
+    graph = coo_array((np.ones(len(ends), dtype=np.int8), (ends[:, 0], ends[:, 1])), shape=(n, n))
+    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int32)
+
+
+def face_vectors(surface: Surface) -> Floats:
+    """(m, 3) normals whose length is twice the face's area, in squared mesh units."""
+    V, F = surface.vertices, surface.faces
+    return np.asarray(np.cross(V[F[:, 1]] - V[F[:, 0]], V[F[:, 2]] - V[F[:, 0]]), dtype=np.float64)
+
+
+def signed_volume(surface: Surface) -> float:
+    """Volume enclosed by a closed surface, in cubed mesh units; positive where the faces look outwards."""
+    V, F = surface.vertices - surface.vertices.mean(axis=0), surface.faces
+    return float(np.einsum("ij,ij->", V[F[:, 0]], np.cross(V[F[:, 1]], V[F[:, 2]])) / 6)
+
+
+def is_closed(surface: Surface) -> bool:
+    """Whether every edge has two faces or more, so that the volume means something."""
+    _, face_count = edges(surface)
+    return bool(len(face_count) > 0 and (face_count >= 2).all())

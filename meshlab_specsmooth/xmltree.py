@@ -1,0 +1,75 @@
+"""XML with line numbers, for files from strangers: no entities, no DTD content, bounded size."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+from xml.parsers import expat
+
+from meshlab_specsmooth.errors import SpecsmoothError
+
+LARGEST_FILE = 4 * 2**20  # bytes; a filter script of a thousand filters has half a megabyte
+DEEPEST_NESTING = 32
+
+
+class InvalidXml(SpecsmoothError, ValueError):  # noqa: N818
+    """An XML file that is malformed or does not follow its grammar: file, line, reason."""
+
+    def __init__(self, source: str, line: int, reason: str) -> None:
+        self.source = source
+        self.line = line
+        super().__init__(f"{source}:{line}: {reason}")
+
+
+@dataclass
+class Element:
+    """One element: its attributes in order, its children, its text, and the line it starts on."""
+
+    tag: str
+    attributes: dict[str, str]
+    line: int
+    children: list[Element] = field(default_factory=list)
+    text: str = ""
+
+
+def parse(data: bytes, source: str) -> Element:
+    """The root element of an XML document.
+
+    Raises
+    ------
+    InvalidXml
+        Malformed, too large, too deeply nested, or with an entity or element declaration in it.
+    """
+    if len(data) > LARGEST_FILE:
+        raise InvalidXml(source, 1, f"has {len(data)} bytes; at most {LARGEST_FILE} are read")
+    parser = expat.ParserCreate()
+    root = Element("", {}, 0)
+    open_elements = [root]
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        if len(open_elements) > DEEPEST_NESTING:
+            raise InvalidXml(source, parser.CurrentLineNumber, f"elements nest deeper than {DEEPEST_NESTING}")
+        element = Element(tag, dict(attributes), parser.CurrentLineNumber)
+        open_elements[-1].children.append(element)
+        open_elements.append(element)
+
+    def end(_tag: str) -> None:
+        open_elements.pop()
+
+    def characters(text: str) -> None:
+        open_elements[-1].text += text
+
+    def declaration(*_: Any) -> None:
+        raise InvalidXml(source, parser.CurrentLineNumber, "declares entities or elements, which is not allowed here")
+
+    parser.StartElementHandler = start
+    parser.EndElementHandler = end
+    parser.CharacterDataHandler = characters
+    parser.EntityDeclHandler = declaration
+    parser.ElementDeclHandler = declaration
+    parser.AttlistDeclHandler = declaration
+    try:
+        parser.Parse(data, True)
+    except expat.ExpatError as error:
+        raise InvalidXml(source, error.lineno, f"is not well-formed XML ({expat.ErrorString(error.code)})") from error
+    return root.children[0]

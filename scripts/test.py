@@ -1,0 +1,37 @@
+#!/usr/bin/env python3
+"""The whole check: style, types, tests, doctests, the README, coverage.
+
+python3 scripts/test.py             everything
+python3 scripts/test.py PYTEST_ARGS pytest alone, with these arguments
+"""
+
+import os
+import subprocess
+import sys
+
+import bootstrap
+
+bootstrap.enter("test")
+
+CHECKS = {
+    "lint": ["ruff", "check", "."],
+    "format": ["ruff", "format", "--check", "."],
+    "types": ["mypy"],
+    "tests": ["pytest", "--cov", "--cov-report=term-missing"],
+}
+
+
+def main() -> int:
+    checks = {"tests": ["pytest", *sys.argv[1:]]} if sys.argv[1:] else CHECKS
+    failed = []
+    for name, command in checks.items():
+        print(f"== {name}: {' '.join(command)}", flush=True)
+        # tests start the package's command line in processes of their own; their coverage counts too
+        environment = {**os.environ, "COVERAGE_PROCESS_START": str(bootstrap.ROOT / "pyproject.toml")}
+        if subprocess.call([sys.executable, "-m", *command], cwd=bootstrap.ROOT, env=environment):
+            failed.append(name)
+    print(f"== {'FAILED: ' + ', '.join(failed) if failed else 'all checks passed'}")
+    return 1 if failed else 0
+
+
+sys.exit(main())
