@@ -72,7 +72,9 @@ def ideal(cutoff: float) -> Response:
     """1 up to the cut-off, 0 above: the paper's low-pass, which keeps the first f_a modes."""
     angle = np.arccos(1 - cutoff)
     # the step is softened in theta = arccos(1 - lambda), where a polynomial of degree k resolves 1/k everywhere
-    width = (np.arccos(1 - min(2.0, cutoff * (1 + TRANSITION))) - angle) / _INVERSE_ERFC
+    above = np.arccos(1 - min(2.0, cutoff * (1 + TRANSITION))) - angle
+    below = angle - np.arccos(1 - cutoff * (1 - TRANSITION))
+    width = (min(above, below) if cutoff * (1 + TRANSITION) < 2 else below) / _INVERSE_ERFC
 
     def softened(x: Floats) -> Floats:
         theta = np.arccos(np.clip(1 - x, -1, 1))

@@ -357,8 +357,10 @@ def low_pass(
 ) -> SmoothingResult:
     """Plain spectral smoothing of the coordinates, V' = h(L) V: what the paper compares with.
 
-    It is the limit of :func:`smooth` for a barycentre weight of 0; it loses all detail below the wavelength, and
-    shrinks. Parameters, returns and errors as for :func:`smooth`.
+    It is the limit of :func:`smooth` for a barycentre weight of 0 (up to a shift of open components, whose mean is
+    another over edges than over faces); it loses all detail below the wavelength, and shrinks.
+
+    Parameters, returns and errors as for :func:`smooth`.
 
     Examples
     --------

@@ -5,7 +5,6 @@ python3 scripts/test.py             everything
 python3 scripts/test.py PYTEST_ARGS pytest alone, with these arguments
 """
 
-import os
 import subprocess
 import sys
 
@@ -26,9 +25,7 @@ def main() -> int:
     failed = []
     for name, command in checks.items():
         print(f"== {name}: {' '.join(command)}", flush=True)
-        # tests start the package's command line in processes of their own; their coverage counts too
-        environment = {**os.environ, "COVERAGE_PROCESS_START": str(bootstrap.ROOT / "pyproject.toml")}
-        if subprocess.call([sys.executable, "-m", *command], cwd=bootstrap.ROOT, env=environment):
+        if subprocess.call([sys.executable, "-m", *command], cwd=bootstrap.ROOT):
             failed.append(name)
     print(f"== {'FAILED: ' + ', '.join(failed) if failed else 'all checks passed'}")
     return 1 if failed else 0

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pymeshlab
-from pymeshlab import PercentageValue, PyMeshLabException
+from pymeshlab import PyMeshLabException
 
 from meshlab_specsmooth import descriptors
 from meshlab_specsmooth.bridge.meshset import pull, push
@@ -17,7 +17,6 @@ from meshlab_specsmooth.smoothing import Prepared, SmoothingResult, prepare
 
 __all__ = [
     "FILTERS",
-    "PercentageValue",
     "PyMeshLabException",
     "apply",
     "apply_coord_spectral_low_pass",
@@ -169,7 +168,7 @@ def _in_mesh_units(given: Any, ms: pymeshlab.MeshSet) -> Any:
     diagonal = ms.current_mesh().bounding_box().diagonal()
     if isinstance(given, Length):
         return given.share * diagonal
-    if isinstance(given, PercentageValue):
+    if isinstance(given, pymeshlab.PercentageValue):
         return given.value() / 100 * diagonal
     if isinstance(given, pymeshlab.PureValue):
         return given.value()

@@ -5,8 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from meshlab_specsmooth.bridge.filters import PercentageValue
-from meshlab_specsmooth.descriptors import Descriptor
+from meshlab_specsmooth.descriptors import Descriptor, Length
 
 
 def add_options(parser: argparse.ArgumentParser, descriptor: Descriptor) -> None:
@@ -27,10 +26,10 @@ def given_parameters(arguments: argparse.Namespace, descriptor: Descriptor) -> d
     return {name: value for name, value in values.items() if value != descriptor[name].default}
 
 
-def _length(text: str) -> float | PercentageValue:
+def _length(text: str) -> float | Length:
     """A plain number is in mesh units, a number with a per-cent sign a share of the bounding-box diagonal."""
     if text.endswith("%"):
-        return PercentageValue(float(text[:-1]))
+        return Length(float(text[:-1]) / 100)
     return float(text)
 
 

@@ -74,8 +74,8 @@ class ChebyshevSeries:
 def approximate(response: Response, tolerance: float) -> ChebyshevSeries:
     """The shortest truncation of the Chebyshev series of ``response`` whose error is below ``tolerance``.
 
-    Interpolates at 32, 64, ... Chebyshev points until the second half of the coefficients is below the tolerance, then
-    drops all that may be dropped: abs(T_k) <= 1, so the dropped coefficients bound the error.
+    Interpolates at 32, 64, ... Chebyshev points until the second half of the coefficients is below the tolerance, drops
+    all that may be dropped (abs(T_k) <= 1, so the dropped coefficients bound the error), and checks between the points.
 
     Raises
     ------
@@ -90,9 +90,13 @@ def approximate(response: Response, tolerance: float) -> ChebyshevSeries:
         # tail[k] = sum of abs(c) from k on: the price of keeping the first k coefficients
         tail = np.cumsum(np.abs(c)[::-1])[::-1]
         if tail[count // 2] <= tolerance / 2:
-            kept = int(np.argmax(tail <= tolerance / 2))
+            kept = max(1, int(np.argmax(tail <= tolerance / 2)))
             # what the points alias onto the kept coefficients is at most as much again as what was dropped
-            return ChebyshevSeries(c[: max(kept, 1)], float(2 * tail[kept]))
+            series = ChebyshevSeries(c[:kept], float(2 * tail[kept]))
+            # between the points, and at 0 where a low-pass is 1, a steep response may have been overlooked
+            between = 1 + np.cos(np.linspace(0, np.pi, 3 * count + 1))
+            if np.abs(series(between) - response.smooth_gain(between)).max() <= tolerance:
+                return series
         count *= 2
     raise InvalidParameter(
         f"{response.label} needs a polynomial of degree above {HIGHEST_DEGREE}; raise the cut-off (a shorter "

@@ -1,0 +1,105 @@
+"""Meshes made in code, each for the property that it has."""
+
+from __future__ import annotations
+
+import hypothesis.strategies as st
+import numpy as np
+import numpy.typing as npt
+
+Mesh = tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]
+
+TRIANGLE: Mesh = (np.array([[0.0, 0, 0], [3, 0, 0], [0, 4, 0]]), np.array([[0, 1, 2]]))
+TETRAHEDRON: Mesh = (
+    np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]),
+    np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]),
+)
+
+
+def torus_graph(nx: int, ny: int) -> npt.NDArray[np.int64]:
+    """Faces of a closed mesh on which every vertex (i, j) -> i * ny + j has the same six neighbours.
+
+    Its uniform Laplacian is circulant, so its eigenvectors are plane waves: see :func:`torus_eigenvalue`.
+    """
+    i, j = (x.ravel() for x in np.meshgrid(np.arange(nx), np.arange(ny), indexing="ij"))
+
+    def at(a: npt.NDArray[np.int64], b: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+        return (a % nx) * ny + b % ny
+
+    a, b, c, d = at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)
+    return np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+
+
+def torus_eigenvalue(p: int, q: int, nx: int, ny: int) -> float:
+    """Eigenvalue of the wave exp(i (a x + b y)), a = 2 pi p / nx, b = 2 pi q / ny, on :func:`torus_graph`."""
+    a, b = 2 * np.pi * p / nx, 2 * np.pi * q / ny
+    return float(1 - (np.cos(a) + np.cos(b) + np.cos(a + b)) / 3)
+
+
+def wave(p: int, q: int, nx: int, ny: int) -> npt.NDArray[np.float64]:
+    i, j = np.meshgrid(np.arange(nx), np.arange(ny), indexing="ij")
+    return np.cos(2 * np.pi * (p * i / nx + q * j / ny)).ravel()
+
+
+def torus(nx: int = 40, ny: int = 24) -> Mesh:
+    """A torus in space, closed."""
+    i, j = (x.ravel() for x in np.meshgrid(np.arange(nx), np.arange(ny), indexing="ij"))
+    t, p = 2 * np.pi * i / nx, 2 * np.pi * j / ny
+    ring = 3 + np.cos(p)
+    return np.stack([ring * np.cos(t), ring * np.sin(t), np.sin(p)], axis=1), torus_graph(nx, ny)
+
+
+def sheet(nx: int = 12, ny: int = 9) -> Mesh:
+    """A gently curved open sheet."""
+    i, j = (x.ravel() for x in np.meshgrid(np.arange(nx), np.arange(ny), indexing="ij"))
+    V = np.stack([i, j, 0.05 * (i - 4.0) ** 2 + 0.5 * np.sin(0.8 * j)], axis=1).astype(float)
+    a = (np.arange(nx - 1)[:, None] * ny + np.arange(ny - 1)).ravel()
+    F = np.concatenate([np.stack([a, a + ny, a + ny + 1], axis=1), np.stack([a, a + ny + 1, a + 1], axis=1)])
+    return V, F
+
+
+def rough(mesh: Mesh, level: float = 0.2, seed: int = 0) -> Mesh:
+    """With noise of ``level`` mean edges."""
+    V, F = mesh
+    edge = np.linalg.norm(V[F[:, 0]] - V[F[:, 1]], axis=1).mean()
+    return V + level * edge * np.random.default_rng(seed).standard_normal(V.shape), F
+
+
+def together(*meshes: Mesh) -> Mesh:
+    """Several meshes as the components of one."""
+    vertices, faces, offset = [], [], 0
+    for V, F in meshes:
+        vertices.append(V)
+        faces.append(F + offset)
+        offset += len(V)
+    return np.concatenate(vertices), np.concatenate(faces)
+
+
+def flaws(mesh: Mesh) -> dict[str, Mesh]:
+    """The mesh with what real files have: each is accepted and must give a finite result."""
+    V, F = mesh
+    n = len(V)
+    more = np.concatenate([V, V[:3] + 0.5])
+    turned = F.copy()
+    turned[::2] = turned[::2, ::-1]
+    return {
+        "unreferenced vertices": (np.concatenate([V[:1] + 9, V, V[:2] - 9]), F + 1),
+        "degenerate faces": (V, np.concatenate([F, [[0, 0, 0], [1, 1, 2], [3, 4, 3]]])),
+        "a vertex of degenerate faces alone": (more[: n + 1], np.concatenate([F, [[n, n, n]]])),
+        "duplicate faces": (V, np.concatenate([F, F[:5], F[:5]])),
+        "a non-manifold edge": (more[: n + 1], np.concatenate([F, [[F[0, 0], F[0, 1], n]]])),
+        "a non-manifold vertex": (more[: n + 2], np.concatenate([F, [[F[0, 0], n, n + 1]]])),
+        "several components": together(mesh, (V + 20, F), TETRAHEDRON),
+        "inconsistent orientation": (V, turned),
+        "coincident vertices": (np.concatenate([V[:1], V[:1], V[2:]]), F),
+    }
+
+
+@st.composite
+def meshes(draw: st.DrawFn) -> Mesh:
+    """Any arrays that the gate accepts, well shaped or not."""
+    n = draw(st.integers(1, 12))
+    coordinate = st.floats(-100, 100, allow_nan=False, width=32)
+    V = np.array(draw(st.lists(st.tuples(coordinate, coordinate, coordinate), min_size=n, max_size=n)), dtype=float)
+    index = st.integers(0, n - 1)
+    F = np.array(draw(st.lists(st.tuples(index, index, index), min_size=1, max_size=16)), dtype=np.int64)
+    return V, F

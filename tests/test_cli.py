@@ -1,0 +1,170 @@
+import io
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import meshlab_specsmooth as mss
+from meshlab_specsmooth.bridge import files, meshset
+from meshlab_specsmooth.cli import demo, main
+from meshlab_specsmooth.cli.progress import bar
+from meshlab_specsmooth.descriptors import load
+from tests.meshes import rough, torus
+
+
+@pytest.fixture
+def scan(tmp_path):
+    path = tmp_path / "scan.ply"
+    files.write(meshset.new(*rough(torus(20, 12))), path)
+    return path
+
+
+def run(*arguments):
+    """As from a shell: exit code, standard output, standard error."""
+    done = subprocess.run(
+        [sys.executable, "-m", "meshlab_specsmooth", *map(str, arguments)], capture_output=True, text=True, check=False
+    )
+    return done.returncode, done.stdout, done.stderr
+
+
+def test_smooth_reads_smooths_and_writes(scan, tmp_path, capsys):
+    out = tmp_path / "out.obj"
+    assert main(["smooth", str(scan), str(out), "--modes", "30", "--barycenter-weight", "0.5"]) == 0
+    V, F = meshset.pull(files.read(scan))
+    expected = mss.smooth(V, F, modes=30, barycenter_weight=0.5)
+    written, _ = meshset.pull(files.read(out))
+    assert written == pytest.approx(expected.vertices, abs=1e-6)
+    printed = capsys.readouterr()
+    assert "240 vertices" in printed.out
+    assert "30 modes" in printed.out
+    assert printed.err == ""
+
+
+@pytest.mark.parametrize("length", ["25%", "2.5"])
+def test_a_wavelength_is_a_number_or_a_percentage(scan, tmp_path, capsys, length):
+    assert main(["smooth", str(scan), str(tmp_path / "o.ply"), "--wavelength", length]) == 0
+    ms = files.read(scan)
+    wave = 2.5 if length == "2.5" else 0.25 * ms.current_mesh().bounding_box().diagonal()
+    assert f"longer than {wave:.4g} " in capsys.readouterr().out
+
+
+def test_input_and_output_may_be_the_same_file(scan):
+    before = scan.read_bytes()
+    assert main(["smooth", str(scan), str(scan)]) == 0
+    assert scan.read_bytes() != before
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "words"),
+    [
+        (["smooth", "SCAN"], 2, "required: OUT"),
+        (["smooth", "SCAN", "OUT", "--wavelength", "far"], 2, "invalid length value: 'far'"),
+        (["smooth", "SCAN", "OUT", "--wavelength=-5%"], 2, "wavelength: length value -"),
+        (["smooth", "SCAN", "OUT", "--response", "box"], 2, "invalid choice: 'box'"),
+        (
+            ["smooth", "SCAN", "OUT", "--barycenter-weight", "-1"],
+            2,
+            "barycenter_weight: float value -1.0 out of bounds",
+        ),
+        (["smooth", "SCAN", "OUT", "--modes", "3", "--wavelength", "2"], 2, "give one of them"),
+        (["smooth", "SCAN", "OUT", "--modes", "241"], 2, "modes is 241; this mesh has 240"),
+        (["smooth", "NOWHERE", "OUT"], 1, "no such file"),
+        (["smooth", "SCAN", "FOLDER"], 1, "is a folder"),
+        (["smooth", "SCAN", "OUT.xyzzy"], 1, "cannot be written"),
+        ([], 2, "required: COMMAND"),
+        (["fly"], 2, "invalid choice: 'fly'"),
+    ],
+)
+def test_errors_are_one_line_and_an_exit_code(scan, tmp_path, arguments, code, words):
+    places = {"SCAN": scan, "OUT": tmp_path / "o.ply", "FOLDER": tmp_path, "NOWHERE": tmp_path / "no.ply"}
+    places["OUT.xyzzy"] = tmp_path / "o.xyzzy"
+    got, out, err = run(*(places.get(a, a) for a in arguments))
+    assert (got, out) == (code, "")
+    assert words in err.splitlines()[-1]
+    assert "Traceback" not in err
+    assert [line for line in err.splitlines() if line.startswith("specsmooth")] == err.splitlines()[-1:]
+    assert [file.name for file in tmp_path.iterdir()] == ["scan.ply"]
+
+
+def test_an_interrupt_is_a_failure_that_says_what_was_left(scan, tmp_path, monkeypatch, capsys):
+    def interrupt(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(files, "read", interrupt)
+    assert main(["smooth", str(scan), str(tmp_path / "o.ply")]) == 1
+    assert capsys.readouterr().err == "specsmooth: interrupted; nothing was written\n"
+
+
+def test_version_and_help():
+    assert run("--version") == (0, f"specsmooth {mss.__version__}\n", "")
+    for command in ("smooth", "demo"):
+        code, out, _ = run(command, "--help")
+        assert code == 0
+        assert "examples:" in out
+    _, out, _ = run("smooth", "--help")
+    for parameter in load("apply_coord_spectral_smoothing").parameters:
+        assert "--" + parameter.name.replace("_", "-") in out
+        assert f"(default: {parameter.default})" in " ".join(out.split())
+
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+
+def test_a_terminal_gets_a_bar_and_a_pipe_gets_none(monkeypatch):
+    terminal = Terminal()
+    monkeypatch.setattr(sys, "stderr", terminal)
+    with bar("smoothing") as progress:
+        progress(0.25)
+        time.sleep(0.15)  # the bar is drawn ten times a second
+        progress(1.0)
+    assert "smoothing" in terminal.getvalue()
+    assert "100%" in terminal.getvalue()
+    monkeypatch.setattr(sys, "stderr", io.StringIO())
+    with bar("smoothing") as progress:
+        assert progress is None
+
+
+def test_a_terminal_without_the_extra_is_told_so(monkeypatch):
+    terminal = Terminal()
+    monkeypatch.setattr(sys, "stderr", terminal)
+    monkeypatch.setitem(sys.modules, "tqdm", None)
+    with bar("smoothing") as progress:
+        assert progress is None
+    assert terminal.getvalue().count("\n") == 1
+    assert "meshlab-specsmooth[progress]" in terminal.getvalue()
+
+
+def test_the_demo_shows_that_ours_is_ahead_and_keeps_the_volume(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(sys, "stderr", Terminal())
+    assert main(["demo", "--out", str(tmp_path / "new" / "folder")]) == 0
+    out = tmp_path / "new" / "folder"
+    assert {file.name for file in out.iterdir()} == {"bunny.png", "table.txt"}
+    table = (out / "table.txt").read_text()
+    assert table.strip() in capsys.readouterr().out
+    rows = {line[:32].strip(): line[32:].split() for line in table.splitlines() if len(line[32:].split()) == 4}
+    normals = {name: float(values[0]) for name, values in rows.items() if name}
+    ours = normals.pop(demo.COMPETITORS[-1].name)
+    assert len(normals) == len(demo.COMPETITORS)  # the others, and the noisy surface
+    assert ours < min(normals.values())
+    assert abs(float(rows[demo.COMPETITORS[-1].name][2])) < 0.5
+    for competitor in demo.COMPETITORS:
+        assert f"ms.{competitor.call}" in table
+
+
+def test_the_demo_says_which_folder_cannot_be_made(tmp_path):
+    (tmp_path / "file").write_text("")
+    code, out, err = run("demo", "--out", tmp_path / "file" / "sub")
+    assert (code, out) == (1, "")
+    assert err == f"specsmooth: {tmp_path / 'file' / 'sub'}: cannot be made: Not a directory\n"
+
+
+def test_the_console_script_is_installed(scan):
+    script = Path(sys.executable).with_name("specsmooth")
+    done = subprocess.run([script, "--version"], capture_output=True, text=True, check=True)
+    assert done.stdout == f"specsmooth {mss.__version__}\n"
+    assert np.isfinite(meshset.pull(files.read(scan))[0]).all()

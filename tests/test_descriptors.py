@@ -1,0 +1,108 @@
+import re
+
+import pytest
+
+from meshlab_specsmooth import descriptors, xmltree
+from meshlab_specsmooth.descriptors import Length, load, names, read
+from meshlab_specsmooth.xmltree import InvalidXml
+
+GOOD = """<?xml version="1.0" encoding="UTF-8"?>
+<!DOCTYPE MESHLAB_FILTER_INTERFACE>
+<MESHLAB_FILTER_INTERFACE mfiVersion="2.0">
+ <PLUGIN pluginName="P" pluginAuthor="A" pluginEmail="E">
+  <FILTER filterName="Flatten All" filterFunction="apply_coord_flat" filterClass="Smoothing" filterPre="MM_NONE" filterPost="MM_VERTCOORD" filterArity="SingleMesh" filterRasterArity="NoRaster" filterIsInterruptible="false">
+   <FILTER_HELP><![CDATA[ Makes <i>flat</i>. ]]></FILTER_HELP>
+   <PARAM parName="much" parType="Boolean" parDefault="true" parIsImportant="true" parIsPersistent="false"><PARAM_HELP>Very?</PARAM_HELP><CHECKBOX_GUI guiLabel="Much"/></PARAM>
+   <PARAM parName="count" parType="Int" parDefault="3" parIsImportant="false" parIsPersistent="false"><PARAM_HELP>How many.</PARAM_HELP><EDIT_GUI guiLabel="Count"/></PARAM>
+   <PARAM parName="share" parType="Real" parDefault="0.5" parIsImportant="false" parIsPersistent="false"><PARAM_HELP>Share.</PARAM_HELP><SLIDER_GUI guiLabel="Share" guiMin="0" guiMax="1"/></PARAM>
+   <PARAM parName="reach" parType="Real" parDefault="meshDoc.current().bboxDiag() / 50" parIsImportant="false" parIsPersistent="false"><PARAM_HELP>Reach.</PARAM_HELP><ABSPERC_GUI guiLabel="Reach" guiMin="0" guiMax="meshDoc.current().bboxDiag()"/></PARAM>
+   <PARAM parName="way" parType="Enum {up : 0 | down : 1}" parDefault="down" parIsImportant="false" parIsPersistent="false"><PARAM_HELP>Way.</PARAM_HELP><ENUM_GUI guiLabel="Way"/></PARAM>
+  </FILTER>
+ </PLUGIN>
+</MESHLAB_FILTER_INTERFACE>
+"""  # noqa: E501
+
+
+def test_every_part_is_read():
+    filter_ = read(GOOD.encode(), "x.xml")
+    assert (filter_.function, filter_.name, filter_.category) == ("apply_coord_flat", "Flatten All", "Smoothing")
+    assert filter_.help == "Makes <i>flat</i>."
+    assert [p.type for p in filter_.parameters] == ["bool", "int", "float", "length", "enum"]
+    assert [p.default for p in filter_.parameters] == [True, 3, 0.5, Length(0.02), "down"]
+    assert filter_["way"].values == ("up", "down")
+    assert (filter_["share"].minimum, filter_["share"].maximum) == (0, 1)
+    assert (filter_["much"].important, filter_["count"].important) == (True, False)
+    assert (filter_["reach"].label, filter_["reach"].help) == ("Reach", "Reach.")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "reason"),
+    [
+        ('mfiVersion="2.0"', 'mfiVersion="1.0"', 3, "mfiVersion is '1.0'"),
+        ('mfiVersion="2.0"', "", 3, "lacks mfiVersion"),
+        ("MESHLAB_FILTER_INTERFACE", "INTERFACE", 3, "expected <MESHLAB_FILTER_INTERFACE>, found <INTERFACE>"),
+        (' pluginEmail="E"', "", 4, "<PLUGIN> lacks pluginEmail"),
+        (' pluginEmail="E"', ' pluginEmail="E" pluginFax="7"', 4, "unknown pluginFax"),
+        ("apply_coord_flat", "flat out", 5, "'flat out' is no Python name"),
+        ("<FILTER_HELP><![CDATA[ Makes <i>flat</i>. ]]></FILTER_HELP>", "", 5, "expected <FILTER_HELP>, <PARAM>"),
+        ("<FILTER_HELP>", "<HINT/><FILTER_HELP>", 5, "contains <HINT>, <FILTER_HELP>"),
+        ("<PARAM_HELP>Very?</PARAM_HELP>", "", 7, "one PARAM_HELP and one GUI element"),
+        ('parDefault="true"', 'parDefault="yes"', 7, "'yes' is neither true nor false"),
+        ('<CHECKBOX_GUI guiLabel="Much"/>', '<STRING_GUI guiLabel="Much"/>', 7, "does not go with STRING_GUI"),
+        ('parType="Boolean"', 'parType="Colour"', 7, "parType 'Colour' does not go with"),
+        ('parName="count"', 'parName="the count"', 8, "'the count' is no Python name"),
+        ('parName="count"', 'parName="much"', 8, "'much' is described twice"),
+        ('parDefault="3"', 'parDefault="3.5"', 8, "'3.5' is no whole number"),
+        ('parDefault="0.5"', 'parDefault="half"', 9, "'half' is no finite number"),
+        ('parDefault="0.5"', 'parDefault="1.5"', 9, r"parDefault 1.5 lies outside \[0, 1\]"),
+        ('guiMax="1"', 'guiMax="inf"', 9, "'inf' is no finite number"),
+        ("bboxDiag() / 50", "bboxDiag() / 0", 10, "divides by zero"),
+        ("bboxDiag() / 50", "bboxDiag(); import os", 10, "is no finite number"),
+        ("{up : 0 | down : 1}", "{up : 1 | down : 0}", 11, "is not of the form"),
+        ("Enum {up : 0 | down : 1}", "Enum up, down", 11, "is not of the form"),
+        ('parDefault="down"', 'parDefault="left"', 11, "'left' is none of up, down"),
+        ("</PLUGIN>", "</PLUGING>", 13, "not well-formed XML .mismatched tag."),
+    ],
+)
+def test_a_malformed_descriptor_is_refused_with_file_line_and_reason(old, new, line, reason):
+    assert old in GOOD
+    broken = GOOD.replace(f"<!DOCTYPE {old}>", "", 0).replace(old, new)
+    with pytest.raises(InvalidXml, match=rf"^bad\.xml:{line}: .*{reason}") as caught:
+        read(broken.encode(), "bad.xml")
+    assert caught.value.line == line
+
+
+@pytest.mark.parametrize("text", ["0.02", "meshDoc.current().bboxDiag() * 0.02", "meshDoc.current().bboxDiag()"])
+def test_the_one_expression_is_read_not_run(text):
+    filter_ = read(GOOD.replace("meshDoc.current().bboxDiag() / 50", text).encode(), "x.xml")
+    share = {"0.02": 0.02, "meshDoc.current().bboxDiag()": Length(1.0)}.get(text, Length(0.02))
+    assert filter_["reach"].default == share
+
+
+def test_entities_and_depth_and_size_are_bounded(monkeypatch):
+    bomb = b'<!DOCTYPE a [<!ENTITY b "boom">]><a>&b;</a>'
+    with pytest.raises(InvalidXml, match="declares entities"):
+        read(bomb, "x.xml")
+    with pytest.raises(InvalidXml, match="deeper than"):
+        read(b"<a>" * 100, "x.xml")
+    monkeypatch.setattr(xmltree, "LARGEST_FILE", 10)
+    with pytest.raises(InvalidXml, match="has 43 bytes; at most 10"):
+        read(bomb, "x.xml")
+    with pytest.raises(InvalidXml, match="no element found"):
+        read(b"", "x.xml")
+
+
+def test_the_package_s_own_descriptors_are_well_formed_and_named_as_their_files():
+    assert "apply_coord_spectral_smoothing" in names()
+    for name in names():
+        filter_ = load(name)
+        assert filter_.function == name
+        assert re.fullmatch(r"(apply|compute|get)_\w+", name)
+        for parameter in filter_.parameters:
+            assert parameter.help.endswith("."), (name, parameter.name)
+
+
+def test_the_shared_defaults_are_the_smoothing_filter_s():
+    assert descriptors.SMOOTHING_DEFAULTS["response"] == "ideal"
+    with pytest.raises(TypeError):
+        descriptors.SMOOTHING_DEFAULTS["response"] = "heat"

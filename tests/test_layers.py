@@ -1,0 +1,63 @@
+"""Data flows one way, and outside libraries stay in their rooms."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+import meshlab_specsmooth
+
+PACKAGE = Path(meshlab_specsmooth.__file__).parent
+MODULES = sorted(PACKAGE.rglob("*.py"))
+
+# a room may use those before it
+ROOMS = [
+    {"version", "errors"},
+    {"xmltree", "descriptors"},
+    {"surface"},
+    {"response"},
+    {"spectral"},
+    {"operators"},
+    {"reconstruction"},
+    {"smoothing"},
+    {"bridge"},
+    {"compare"},
+    {"report"},
+    {"cli"},
+    {"__init__", "__main__"},
+]
+HOME = {"pymeshlab": "bridge", "pyvista": "report", "tqdm": "cli"}
+
+
+def room_of(path):
+    return path.relative_to(PACKAGE).parts[0].removesuffix(".py")
+
+
+def imports(path):
+    """Modules that a file imports, at any depth of its code."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path}: relative import"
+            yield node.module
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+
+
+def level(room):
+    return next(i for i, rooms in enumerate(ROOMS) if room in rooms)
+
+
+@pytest.mark.parametrize("path", MODULES, ids=lambda p: str(p.relative_to(PACKAGE)))
+def test_nothing_looks_back(path):
+    room = room_of(path)
+    for name in imports(path):
+        parts = name.split(".")
+        if parts[0] == "meshlab_specsmooth" and len(parts) > 1 and parts[1].islower() and not parts[1].startswith("__"):
+            assert level(parts[1]) <= level(room), f"{room} imports {name}"
+        elif parts[0] in HOME:
+            assert room == HOME[parts[0]], f"{room} imports {name}"
+
+
+def test_every_room_is_listed():
+    assert {room_of(path) for path in MODULES} == set().union(*ROOMS)

@@ -1,0 +1,176 @@
+"""The bridge: coordinates go in to the bit, and nothing else changes."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pymeshlab
+import pytest
+
+import meshlab_specsmooth as mss
+from meshlab_specsmooth.bridge import files, meshset
+from tests import state
+from tests.meshes import rough, sheet, torus
+
+
+@pytest.fixture
+def laden():
+    """A MeshSet in which the current mesh carries all that a mesh can, between two others."""
+    ms = pymeshlab.MeshSet()
+    ms.add_mesh(pymeshlab.Mesh(*torus(6, 5)), "before")
+    V, F = rough(sheet(7, 6))
+    n, m = len(V), len(F)
+    rng = np.random.default_rng(5)
+    ms.add_mesh(
+        pymeshlab.Mesh(
+            V,
+            F,
+            v_color_matrix=rng.random((n, 4)),
+            f_color_matrix=rng.random((m, 4)),
+            v_scalar_array=rng.random(n),
+            f_scalar_array=rng.random(m),
+            v_tex_coords_matrix=rng.random((n, 2)),
+            w_tex_coords_matrix=rng.random((3 * m, 2)),
+        ),
+        "laden",
+    )
+    ms.add_mesh(pymeshlab.Mesh(*torus(5, 5)), "after")
+    ms.set_current_mesh(1)
+    ms.compute_selection_by_condition_per_vertex(condselect="x > 2")
+    ms.compute_selection_by_condition_per_face(condselect="fi < 20")
+    ms.compute_matrix_from_translation_rotation_scale(translationx=3, rotationz=30, scalex=2, freeze=False)
+    ms.apply_coord_taubin_smoothing(lambda_=0.25, stepsmoothnum=1)
+    mesh = ms.current_mesh()
+    mesh.add_vertex_custom_scalar_attribute(rng.random(n), "heat")
+    mesh.add_vertex_custom_scalar_attribute(rng.random(n), "no identifier!")
+    mesh.add_face_custom_scalar_attribute(rng.random(m), "heat")
+    mesh.add_vertex_custom_point_attribute(rng.random((n, 3)), "flow")
+    return ms
+
+
+def test_only_coordinates_normals_and_bounding_box_change(laden):
+    held = laden.current_mesh()
+    before = state.of_meshset(laden)
+    assert {
+        "vertex colours",
+        "wedge texture coordinates",
+        "vertex attribute no identifier!",
+        "vertex point attribute flow",
+    } <= set(before["meshes"][1])
+    V = laden.current_mesh().vertex_matrix()
+    W = V + np.random.default_rng(0).standard_normal(V.shape)
+    meshset.push(laden, W)
+    assert np.array_equal(held.vertex_matrix(), W)
+    assert np.array_equal(laden.mesh(1).vertex_matrix(), W)
+    changed = state.differences(before, state.of_meshset(laden))
+    assert set(changed) == {f"/meshes[1]/{part}" for part in state.FOLLOWS}
+
+
+def test_normals_and_bounding_box_are_those_of_the_new_coordinates(laden):
+    laden.compute_matrix_from_translation_rotation_scale(freeze=False)
+    V, F = meshset.pull(laden)
+    W = V[:, [1, 2, 0]] * 2.0
+    meshset.push(laden, W)
+    mesh = laden.current_mesh()
+    assert np.array_equal(mesh.bounding_box().max(), W.max(axis=0))
+    normals = np.cross(W[F[:, 1]] - W[F[:, 0]], W[F[:, 2]] - W[F[:, 0]])
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    assert mesh.face_normal_matrix() == pytest.approx(normals)
+
+
+@pytest.mark.parametrize("factor", [1e-300, 1e-9, 1.0, 1e12, 1e300])
+def test_wild_moves_arrive_to_the_bit(factor):
+    V, F = torus(8, 6)
+    ms = meshset.new(V, F)
+    W = factor * np.random.default_rng(1).standard_normal(V.shape)
+    meshset.push(ms, W)
+    assert np.array_equal(ms.current_mesh().vertex_matrix(), W)
+
+
+def test_quads_and_polygons_survive():
+    ms = pymeshlab.MeshSet()
+    ms.load_new_mesh(str(files.sample("cube.obj")))
+    ms.meshing_tri_to_quad_by_smart_triangle_pairing()
+    polygons = ms.current_mesh().polygonal_face_list()
+    assert {len(p) for p in polygons} == {4}
+    mss.apply_coord_spectral_smoothing(ms, modes=5)
+    assert [list(p) for p in ms.current_mesh().polygonal_face_list()] == [list(p) for p in polygons]
+
+
+def test_the_script_keeps_what_was_in_it_and_nothing_is_added(laden):
+    before = state.of_meshset(laden)["script"]
+    assert before.count("<filter ") == 4
+    meshset.push(laden, laden.current_mesh().vertex_matrix() + 1)
+    assert state.of_meshset(laden)["script"] == before
+    empty = meshset.new(*torus(5, 5))
+    meshset.push(empty, empty.current_mesh().vertex_matrix() + 1)
+    assert "<filter" not in state.of_meshset(empty)["script"]
+
+
+VERBOSE_OR_NOT = """
+import sys, pymeshlab
+from meshlab_specsmooth.bridge import meshset
+ms = pymeshlab.MeshSet(verbose=sys.argv[1] == "verbose")
+ms.create_sphere()
+ms.apply_coord_taubin_smoothing()
+meshset.push(ms, ms.current_mesh().vertex_matrix() * 1.5)
+ms.apply_coord_laplacian_smoothing()
+"""
+
+
+@pytest.mark.parametrize("verbosity", ["verbose", "silent"])
+def test_nothing_is_printed_and_the_verbosity_stays(verbosity):
+    """In a process of its own, so that everything that C++ has buffered is out in the end."""
+    done = subprocess.run([sys.executable, "-c", VERBOSE_OR_NOT, verbosity], capture_output=True, text=True, check=True)
+    printed = done.stdout + done.stderr
+    if verbosity == "silent":
+        assert printed == ""
+    else:
+        assert "Applying filter apply_coord_laplacian_smoothing" in printed
+        for helper in ("morphing", "delete", "Reading filter"):
+            assert helper not in printed
+
+
+def test_coordinates_of_another_mesh_are_refused(laden):
+    before = state.of_meshset(laden)
+    with pytest.raises(mss.MeshSetError, match="5 coordinates for a mesh of 42 vertices"):
+        meshset.push(laden, np.zeros((5, 3)))
+    assert state.differences(before, state.of_meshset(laden)) == []
+
+
+class Interrupted(BaseException):
+    pass
+
+
+def test_a_push_that_is_interrupted_leaves_the_meshset_as_it_was(laden, monkeypatch):
+    before = state.of_meshset(laden)
+    real = pymeshlab.MeshSet.compute_coord_linear_morphing
+    calls = []
+
+    def half_then_stop(ms, **given):
+        calls.append(given)
+        if len(calls) == 1:
+            real(ms, targetmesh=given["targetmesh"], percentmorph=50.0)
+            raise Interrupted
+        real(ms, **given)
+
+    monkeypatch.setattr(pymeshlab.MeshSet, "compute_coord_linear_morphing", half_then_stop)
+    with pytest.raises(Interrupted):
+        meshset.push(laden, laden.current_mesh().vertex_matrix() + 1)
+    assert len(calls) > 1
+    assert state.differences(before, state.of_meshset(laden)) == []
+
+
+def test_a_mesh_that_does_not_arrive_is_put_back_and_reported(laden, monkeypatch):
+    before = state.of_meshset(laden)
+    real = pymeshlab.MeshSet.compute_coord_linear_morphing
+    calls = []
+
+    def lazy_at_first(ms, **given):
+        calls.append(given)
+        real(ms, targetmesh=given["targetmesh"], percentmorph=50.0 if len(calls) <= 3 else 100.0)
+
+    monkeypatch.setattr(pymeshlab.MeshSet, "compute_coord_linear_morphing", lazy_at_first)
+    with pytest.raises(mss.MeshSetError, match="in 3 morphing passes"):
+        meshset.push(laden, laden.current_mesh().vertex_matrix() + 1)
+    assert state.differences(before, state.of_meshset(laden)) == []

@@ -1,0 +1,93 @@
+import numpy as np
+import pytest
+
+import meshlab_specsmooth as mss
+from meshlab_specsmooth.operators import barycenters, laplacian
+from meshlab_specsmooth.surface import edges
+from tests.meshes import TETRAHEDRON, TRIANGLE, flaws, rough, sheet, torus, torus_eigenvalue, torus_graph, wave
+
+
+def build(mesh, kind="uniform"):
+    surface = mss.Surface(*mesh)
+    return laplacian(surface, edges(surface)[0], kind)
+
+
+def dense(L):
+    return L @ np.eye(len(L.root_degree))
+
+
+MESHES = {"triangle": TRIANGLE, "tetrahedron": TETRAHEDRON, "sheet": rough(sheet()), "torus": rough(torus(12, 8), 0.4)}
+MESHES |= {
+    f"sheet with {name}": mesh for name, mesh in flaws(sheet(5, 4)).items() if not name.startswith(("un", "a v"))
+}
+EVERY_MESH = pytest.mark.parametrize("mesh", MESHES.values(), ids=MESHES)
+EVERY_KIND = pytest.mark.parametrize("kind", ["uniform", "cotangent"])
+
+
+def test_the_uniform_laplacian_of_a_sheet_by_hand():
+    L = dense(build(sheet(2, 2)))  # two triangles: 0 and 3 have three neighbours, 1 and 2 have two
+    assert L == pytest.approx(
+        np.array(
+            [[1, -1 / 3, -1 / 3, -1 / 3], [-1 / 2, 1, 0, -1 / 2], [-1 / 2, 0, 1, -1 / 2], [-1 / 3, -1 / 3, -1 / 3, 1]]
+        )
+    )
+
+
+def test_the_cotangent_weights_of_a_triangle_are_the_cotangents_of_its_angles():
+    L = dense(build(TRIANGLE, "cotangent"))  # legs 3 and 4: cot of the acute angles are 3/4 and 4/3, of the right one 0
+    facing_0_1, facing_0_2, facing_1_2 = 4 / 3 / 1, 3 / 4, np.tan(np.radians(1))
+    at_2 = 4 / 3  # angle at vertex 2 has opposite side 3 and adjacent 4
+    assert facing_0_1 == at_2
+    assert L[0, 1] / L[0, 2] == pytest.approx(facing_0_1 / facing_0_2)
+    assert L[1, 2] / L[1, 0] == pytest.approx(facing_1_2 / facing_0_1)
+
+
+@EVERY_MESH
+@EVERY_KIND
+def test_l_takes_constants_to_zero_and_its_twin_is_symmetric_with_spectrum_in_0_2(mesh, kind):
+    L = build(mesh, kind)
+    assert abs(L @ np.ones((len(L.root_degree), 2))).max() < 1e-14
+    S = L.S.toarray()
+    assert np.array_equal(S, S.T)
+    values = np.linalg.eigvalsh(S)
+    assert values[0] > -1e-14
+    assert values[-1] < 2 + 1e-14
+    assert values == pytest.approx(np.sort(np.linalg.eigvals(dense(L)).real), abs=1e-7)
+
+
+@EVERY_KIND
+def test_the_transpose_is_the_transpose(kind):
+    L = build(MESHES["sheet"], kind)
+    assert L.transposed(np.eye(len(L.root_degree))) == pytest.approx(dense(L).T)
+
+
+def test_the_spectrum_of_a_regular_torus_is_known():
+    nx, ny = 9, 7
+    mesh = (np.random.default_rng(0).standard_normal((nx * ny, 3)), torus_graph(nx, ny))
+    L = build(mesh)
+    known = sorted(torus_eigenvalue(p, q, nx, ny) for p in range(nx) for q in range(ny))
+    assert np.linalg.eigvalsh(L.S.toarray()) == pytest.approx(known, abs=1e-12)
+    x = wave(2, 1, nx, ny)[:, None]
+    assert L @ x == pytest.approx(torus_eigenvalue(2, 1, nx, ny) * x)
+
+
+def test_cotangent_weights_see_through_a_stretched_grid_where_uniform_ones_do_not():
+    V, F = sheet(9, 7)
+    i, j = V[:, 0].copy(), V[:, 1].copy()
+    y = 0.5 * j + 0.08 * j**2
+    V = np.stack([i - 0.4 * y, y, np.zeros(len(V))], axis=1)  # flat, with acute triangles of many sizes
+    inside = (i > 0) & (i < 8) & (j > 0) & (j < 6)
+    drift = {kind: abs((build((V, F), kind) @ V)[inside]).max() for kind in ("uniform", "cotangent")}
+    assert drift["cotangent"] < 1e-12 < 0.01 < drift["uniform"]
+
+
+def test_an_unknown_kind_is_refused_by_name():
+    with pytest.raises(mss.InvalidParameter, match="'belkin'; it must be one of 'uniform', 'cotangent'"):
+        build(TRIANGLE, "belkin")
+
+
+def test_barycentres_are_the_means_of_the_corners():
+    V, F = rough(torus(8, 6))
+    C = barycenters(mss.Surface(V, F))
+    assert C @ V == pytest.approx(V[F].mean(axis=1))
+    assert C.nnz == 3 * len(F)

@@ -1,0 +1,176 @@
+import numpy as np
+import pytest
+
+import meshlab_specsmooth as mss
+from meshlab_specsmooth.operators import laplacian
+from meshlab_specsmooth.response import RESPONSES, band, heat, ideal, response
+from meshlab_specsmooth.spectral import chebyshev, density, eigenbasis
+from meshlab_specsmooth.spectral.cutoff import Cutoff, from_wavelength, wavelength_in_edges
+from meshlab_specsmooth.spectral.design import design
+from meshlab_specsmooth.surface import edges
+from tests.meshes import TETRAHEDRON, rough, sheet, together, torus, torus_eigenvalue, torus_graph
+
+SPECTRUM = np.linspace(0, 2, 4001)
+
+
+def twin(mesh):
+    surface = mss.Surface(*mesh)
+    return laplacian(surface, edges(surface)[0]).S
+
+
+def known_spectrum(nx, ny):
+    return np.sort([torus_eigenvalue(p, q, nx, ny) for p in range(nx) for q in range(ny)])
+
+
+def flat_torus(nx, ny):
+    return twin((np.zeros((nx * ny, 3)), torus_graph(nx, ny)))
+
+
+@pytest.mark.parametrize("name", RESPONSES)
+@pytest.mark.parametrize("cutoff", [1e-5, 0.005, 0.1, 1.3])
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-7])
+def test_the_series_is_as_close_as_it_says_and_it_says_within_the_tolerance(name, cutoff, tolerance):
+    h = response(name, cutoff)
+    series = chebyshev.approximate(h, tolerance)
+    assert abs(series(SPECTRUM) - h.smooth_gain(SPECTRUM)).max() <= series.error <= tolerance
+
+
+def test_the_degree_is_the_least_that_reaches_the_tolerance():
+    h = heat(0.1)
+    series = chebyshev.approximate(h, 1e-4)
+    shorter = chebyshev.ChebyshevSeries(series.coefficients[:-1], 0.0)
+    assert abs(shorter(SPECTRUM) - h(SPECTRUM)).max() > 0.25e-4  # the stated bound is no more than a few times loose
+
+
+def test_the_degree_grows_as_one_over_the_root_of_the_cutoff():
+    degrees = [chebyshev.approximate(ideal(c), 1e-3).degree for c in (0.04, 0.01, 0.0025)]
+    assert degrees[1] / degrees[0] == pytest.approx(2, rel=0.05)
+    assert degrees[2] / degrees[1] == pytest.approx(2, rel=0.05)
+
+
+def test_a_cutoff_that_no_polynomial_can_follow_is_refused():
+    with pytest.raises(mss.InvalidParameter, match="raise the cut-off"):
+        chebyshev.approximate(ideal(1e-9), 1e-3)
+
+
+@pytest.mark.parametrize("h", [heat(0.2), ideal(0.5), band(heat(0.1), heat(1.0)), ~heat(2.0) * ~heat(2.0)])
+def test_applying_the_series_is_applying_it_to_the_eigenvalues(h):
+    S = twin(rough(sheet(7, 6)))
+    values, U = np.linalg.eigh(S.toarray())
+    X = np.random.default_rng(1).standard_normal((len(values), 2))
+    series = chebyshev.approximate(h, 1e-5)
+    expected = U @ (series(values)[:, None] * (U.T @ X))
+    assert series.apply(S, X) == pytest.approx(expected, abs=1e-12)
+
+
+@pytest.mark.parametrize("degree", [0, 1, 2])
+def test_the_shortest_series(degree):
+    S = flat_torus(5, 4)
+    series = chebyshev.ChebyshevSeries(np.ones(degree + 1), 0.0)
+    X = np.random.default_rng(1).standard_normal((20, 1))
+    T = S.toarray() - np.eye(20)
+    powers = [np.eye(20), T, 2 * T @ T - np.eye(20)]
+    assert series.apply(S, X) == pytest.approx(sum(powers[: degree + 1]) @ X)
+
+
+@pytest.mark.parametrize("mesh", [rough(sheet(40, 30)), together(torus(40, 20), torus(30, 20), TETRAHEDRON)])
+def test_the_sparse_solver_finds_what_the_dense_one_does(mesh):
+    S = twin(mesh)
+    assert S.shape[0] > eigenbasis.DENSE_VERTICES
+    basis = eigenbasis.lowest(S, 30)
+    assert basis.eigenvalues == pytest.approx(np.linalg.eigvalsh(S.toarray())[:30], abs=1e-9)
+    residual = S @ basis.vectors - basis.vectors * basis.eigenvalues
+    assert abs(residual).max() < 1e-8
+    assert basis.vectors.T @ basis.vectors == pytest.approx(np.eye(30), abs=1e-9)
+
+
+def test_below_reaches_just_beyond_the_cutoff():
+    S = flat_torus(30, 20)
+    known = known_spectrum(30, 20)
+    for eigenvalue in (0.05, 0.4, 1.2, 1.9):
+        # a guess of one mode is far too few, and must not be trusted
+        basis = eigenbasis.below(S, Cutoff(eigenvalue, 1.0, 0.0))
+        wanted = known[known <= eigenvalue]
+        assert len(basis.eigenvalues) >= min(len(wanted) + 1, len(known))
+        assert basis.eigenvalues[: len(wanted)] == pytest.approx(wanted, abs=1e-10)
+
+
+def test_a_basis_that_does_not_fit_is_refused_with_its_size(monkeypatch):
+    monkeypatch.setattr(eigenbasis, "MEMORY_LIMIT", 10**6)
+    with pytest.raises(mss.TooLarge, match=r"400 eigenvectors of 1200 vertices need 0.0 GiB .* use method='chebyshev'"):
+        eigenbasis.lowest(flat_torus(40, 30), 400)
+
+
+def test_the_cutoff_of_a_basis_lies_between_the_eigenvalues_kept_and_dropped():
+    basis = eigenbasis.complete(flat_torus(9, 7))
+    known = known_spectrum(9, 7)
+    cutoff = basis.cutoff(7)
+    assert (known <= cutoff.eigenvalue).sum() == 7
+    assert basis.cutoff(63).eigenvalue == 2
+    two = eigenbasis.complete(twin(together(TETRAHEDRON, TETRAHEDRON)))
+    assert 0 < two.cutoff(1).eigenvalue < 1e-10  # both lowest eigenvalues are zero; the cut-off stays positive
+
+
+@pytest.mark.parametrize("modes", [200, 1000, 4000, 9000])
+def test_modes_are_counted_within_the_stated_error_without_eigenvectors(modes):
+    nx, ny = 120, 90
+    known = known_spectrum(nx, ny)
+    eigenvalue, error = density.cutoff_of_modes(flat_torus(nx, ny), modes)
+    count = np.searchsorted(known, eigenvalue)
+    assert abs(count / modes - 1) < 3 * error
+    assert error < 0.06
+
+
+def test_counting_is_seeded():
+    S = flat_torus(40, 30)
+    assert density.cutoff_of_modes(S, 50) == density.cutoff_of_modes(S, 50)
+
+
+def test_wavelength_and_eigenvalue_agree_with_a_long_wave_on_the_regular_torus():
+    # a wave along one lattice direction of a regular triangulation: spacing between its crests is n sqrt(3)/2 edges
+    n = 60
+    eigenvalue = torus_eigenvalue(1, 0, n, n)
+    assert wavelength_in_edges(eigenvalue) == pytest.approx(n * np.sqrt(3) / 2, rel=1e-2)
+    assert from_wavelength(n * np.sqrt(3) / 2, n * n).eigenvalue == pytest.approx(eigenvalue, rel=1e-2)
+
+
+def test_waves_shorter_than_the_mesh_can_carry_keep_everything():
+    assert from_wavelength(0.1, 500).eigenvalue == 2
+    assert from_wavelength(1e6, 500).modes == 1
+
+
+@pytest.mark.parametrize(("by", "size"), [("modes", 40), ("wavelength", 6.0)])
+@pytest.mark.parametrize("name", RESPONSES)
+def test_both_methods_cut_off_at_the_same_place(by, size, name):
+    S = twin(rough(torus(20, 12)))
+    exact, series = (design(S, size, by=by, name=name, method=m, tolerance=1e-4) for m in ("exact", "chebyshev"))
+    assert exact.cutoff.eigenvalue == pytest.approx(series.cutoff.eigenvalue, rel=1e-9)
+    assert (exact.method, exact.filter.degree, exact.filter.error) == ("exact", 0, 0)
+    assert series.method == "chebyshev"
+    assert 0 < series.filter.error < 1e-4
+    assert series.filter.degree > 2
+
+
+def test_the_automatic_method_is_exact_for_small_meshes_only():
+    small, large = flat_torus(10, 10), flat_torus(40, 30)
+    for S, method in ((small, "exact"), (large, "chebyshev")):
+        assert design(S, 20, by="modes", name="ideal", method="auto", tolerance=1e-3).method == method
+
+
+def test_an_exact_step_keeps_as_many_modes_as_were_asked_for():
+    S = flat_torus(40, 30)
+    filter_ = design(S, 37, by="modes", name="ideal", method="exact", tolerance=1e-3).filter
+    assert np.trace(filter_.apply(S, np.eye(1200))) == pytest.approx(37, abs=1e-8)
+
+
+def test_all_modes_are_everything():
+    S = flat_torus(10, 10)
+    X = np.random.default_rng(0).standard_normal((100, 1))
+    for method in ("exact", "chebyshev"):
+        filter_ = design(S, 100, by="modes", name="ideal", method=method, tolerance=1e-3).filter
+        assert filter_.apply(S, X) == pytest.approx(X)
+
+
+def test_an_unknown_method_is_refused():
+    with pytest.raises(mss.InvalidParameter, match="method is 'magic'"):
+        design(flat_torus(5, 5), 3, by="modes", name="ideal", method="magic", tolerance=1e-3)
