@@ -74,7 +74,6 @@ def test_an_operating_system_error_names_the_file(tmp_path, monkeypatch):
     monkeypatch.setattr(files.tempfile, "TemporaryDirectory", full)
     with pytest.raises(mss.FileError, match="out.ply: cannot be written: No space left"):
         files.write(meshset.new(*torus(5, 4)), tmp_path / "out.ply")
-    monkeypatch.setattr(files.tempfile, "NamedTemporaryFile", full)
     with pytest.raises(mss.FileError, match="out.txt: cannot be written: No space left"):
         files.write_text(tmp_path / "out.txt", "text")
 
@@ -83,6 +82,8 @@ def test_text_is_written_whole(tmp_path):
     files.write_text(tmp_path / "t.txt", "eins ä\n")
     assert (tmp_path / "t.txt").read_text(encoding="utf-8") == "eins ä\n"
     assert len(list(tmp_path.iterdir())) == 1
+    (tmp_path / "plain.txt").touch()
+    assert (tmp_path / "t.txt").stat().st_mode == (tmp_path / "plain.txt").stat().st_mode
 
 
 def test_samples_come_with_pymeshlab():

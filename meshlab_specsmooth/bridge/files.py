@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 
 import pymeshlab
@@ -40,17 +42,33 @@ def write(ms: pymeshlab.MeshSet, path: str | os.PathLike[str]) -> None:
     FileError
         The folder is missing or not writable, or pymeshlab cannot write the format.
     """
+    with _replacing(path) as part:
+        try:
+            ms.save_current_mesh(str(part))
+        except pymeshlab.PyMeshLabException as error:
+            raise FileError(f"{path}: cannot be written: {_one_line(error)}") from error
+
+
+def write_text(path: str | os.PathLike[str], text: str) -> None:
+    """Write a text file whole or not at all; raises :class:`FileError`."""
+    with _replacing(path) as part:
+        part.write_text(text, encoding="utf-8")
+
+
+@contextlib.contextmanager
+def _replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """A file of the same name in a temporary folder beside the target, moved to it, companions first, if all is well."""
     target = check_target(path)
     try:
         with tempfile.TemporaryDirectory(prefix=".specsmooth-", dir=target.parent) as folder:
-            written = Path(folder) / target.name
-            ms.save_current_mesh(str(written))
-            companions = [file for file in Path(folder).iterdir() if file != written]
-            for file in [*companions, written]:
+            part = Path(folder) / target.name
+            yield part
+            companions = [file for file in Path(folder).iterdir() if file != part]
+            for file in [*companions, part]:
                 file.replace(target.parent / file.name)
-    except pymeshlab.PyMeshLabException as error:
-        raise FileError(f"{target}: cannot be written: {_one_line(error)}") from error
     except OSError as error:
+        if isinstance(error, FileError):
+            raise
         raise FileError(f"{target}: cannot be written: {error.strerror}") from error
 
 
@@ -62,19 +80,6 @@ def check_target(path: str | os.PathLike[str]) -> Path:
     if not target.parent.is_dir():
         raise FileError(f"{target}: there is no folder {target.parent}")
     return target
-
-
-def write_text(path: str | os.PathLike[str], text: str) -> None:
-    """Write a text file whole or not at all; raises :class:`FileError`."""
-    target = check_target(path)
-    try:
-        with tempfile.NamedTemporaryFile(
-            "w", encoding="utf-8", dir=target.parent, prefix=".specsmooth-", delete=False
-        ) as file:
-            file.write(text)
-        Path(file.name).replace(target)
-    except OSError as error:
-        raise FileError(f"{target}: cannot be written: {error.strerror}") from error
 
 
 def sample(name: str) -> Path:
