@@ -57,7 +57,7 @@ def write_text(path: str | os.PathLike[str], text: str) -> None:
 
 @contextlib.contextmanager
 def _replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """A file of the same name in a temporary folder beside the target, moved to it, companions first, if all is well."""
+    """A file of that name in a temporary folder beside the target, moved there in the end, companions first."""
     target = check_target(path)
     try:
         with tempfile.TemporaryDirectory(prefix=".specsmooth-", dir=target.parent) as folder:
