@@ -15,7 +15,7 @@ from meshlab_specsmooth.errors import (
     SpecsmoothError,
     TooLarge,
 )
-from meshlab_specsmooth.smoothing import Prepared, SmoothingResult, low_pass, prepare, smooth
+from meshlab_specsmooth.smoothing import Prepared, SmoothingResult, enhance, low_pass, prepare, smooth
 from meshlab_specsmooth.surface import Surface
 from meshlab_specsmooth.version import VERSION
 
@@ -36,6 +36,7 @@ __all__ = [
     "__version__",
     "apply_coord_spectral_low_pass",
     "apply_coord_spectral_smoothing",
+    "enhance",
     "low_pass",
     "prepare",
     "smooth",

@@ -12,7 +12,6 @@ import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from importlib.resources import files
-from types import MappingProxyType
 from typing import NoReturn
 
 from meshlab_specsmooth.xmltree import Element, InvalidXml, parse
@@ -28,6 +27,11 @@ class Length:
 
 
 @dataclass(frozen=True)
+class AnySelected:
+    """Whether a vertex or a face of the current mesh is selected."""
+
+
+@dataclass(frozen=True)
 class Parameter:
     """One parameter of a filter.
 
@@ -38,7 +42,7 @@ class Parameter:
     type : str
         ``"bool"``, ``"int"``, ``"float"``, ``"length"`` (a float in mesh units, or a percentage of the bounding-box
         diagonal) or ``"enum"``.
-    default : bool, int, float, str or Length
+    default : bool, int, float, str, Length or AnySelected
     label, help : str
     minimum, maximum : float
         Inclusive bounds of a number; infinite where there are none.
@@ -50,7 +54,7 @@ class Parameter:
 
     name: str
     type: str
-    default: Value | Length
+    default: Value | Length | AnySelected
     label: str
     help: str
     minimum: float
@@ -186,6 +190,8 @@ _GUIS = {
     "length": ("ABSPERC_GUI",),
     "enum": ("ENUM_GUI",),
 }
+# the two expressions that are understood; nothing is ever evaluated
+_ANY_SELECTED = "meshDoc.current().sfn() > 0 || meshDoc.current().svn() > 0"
 _ENUM = re.compile(r"Enum \{(.+)\}")
 _DIAGONAL = re.compile(r"meshDoc\.current\(\)\.bboxDiag\(\)(?: ([*/]) ([0-9.eE+-]+))?")
 
@@ -199,12 +205,14 @@ def _enum_values(element: Element, kind: str, source: str) -> tuple[str, ...]:
     return values
 
 
-def _default(element: Element, type_: str, values: tuple[str, ...], source: str) -> Value | Length:
+def _default(element: Element, type_: str, values: tuple[str, ...], source: str) -> Value | Length | AnySelected:
     text = element.attributes["parDefault"]
     if type_ == "enum":
         if text not in values:
             _refuse(element, source, f"parDefault {text!r} is none of {', '.join(values)}")
         return text
+    if type_ == "bool" and text == _ANY_SELECTED:
+        return AnySelected()
     readers: dict[str, Callable[[Element, str, str], Value | Length]] = {
         "bool": _boolean,
         "int": _integer,
@@ -237,7 +245,7 @@ def _real(element: Element, text: str, source: str) -> float:
 
 
 def _length(element: Element, text: str, source: str) -> float | Length:
-    """A number, or the diagonal times or over a number: the one expression that is understood, and never evaluated."""
+    """A number, or the diagonal times or over a number."""
     match = _DIAGONAL.fullmatch(text)
     if match is None:
         return _real(element, text, source)
@@ -272,5 +280,26 @@ def _refuse(element: Element, source: str, reason: str) -> NoReturn:
     raise InvalidXml(source, element.line, reason)
 
 
-#: The defaults that the array functions share with the filter.
-SMOOTHING_DEFAULTS = MappingProxyType({p.name: p.default for p in load("apply_coord_spectral_smoothing").parameters})
+class Defaults:
+    """The defaults of one filter, by type: for Python functions that share them with it."""
+
+    def __init__(self, descriptor: Descriptor) -> None:
+        self._values = {parameter.name: parameter.default for parameter in descriptor.parameters}
+
+    def text(self, name: str) -> str:
+        """Default of an enum."""
+        value = self._values[name]
+        if not isinstance(value, str):
+            raise TypeError(f"{name} is {type(value).__name__}")
+        return value
+
+    def number(self, name: str) -> float:
+        """Default of a number."""
+        value = self._values[name]
+        if not isinstance(value, int | float):
+            raise TypeError(f"{name} is {type(value).__name__}")
+        return value
+
+
+SMOOTHING_DEFAULTS = Defaults(load("apply_coord_spectral_smoothing"))
+ENHANCEMENT_DEFAULTS = Defaults(load("apply_coord_spectral_enhancement"))

@@ -72,8 +72,11 @@ def laplacian(surface: Surface, ends: Integers, kind: str = "uniform") -> Laplac
     """
     if kind not in _WEIGHTS:
         raise InvalidParameter(f"laplacian is {kind!r}; it must be one of {', '.join(map(repr, _WEIGHTS))}")
-    n = len(surface.vertices)
-    weight = _WEIGHTS[kind](surface, ends.astype(np.int64))
+    return graph_laplacian(len(surface.vertices), ends, _WEIGHTS[kind](surface, ends.astype(np.int64)))
+
+
+def graph_laplacian(n: int, ends: Integers, weight: Floats) -> Laplacian:
+    """The Laplacian of any graph with n vertices, each of which has an edge, and positive weights."""
     W = coo_array((weight, (ends[:, 0], ends[:, 1])), shape=(n, n))
     W = (W + W.T).tocsr()
     root_degree = np.sqrt(np.asarray(W.sum(axis=1)))

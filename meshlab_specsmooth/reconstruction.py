@@ -42,7 +42,33 @@ class Solution:
     residual: float
 
 
-def solve(L: Laplacian, gram: csr_array, weight: float, change: Floats, progress: Progress | None = None) -> Solution:
+@dataclass(frozen=True, eq=False)
+class Constraints:
+    """What the reconstruction must leave alone.
+
+    Attributes
+    ----------
+    free : (n, 1) float64
+        1 where a vertex may move, 0 where its displacement is prescribed.
+    rows : (n, 1) float64
+        1 where a vertex' differential coordinates are asked for, 0 where they have no say.
+    prescribed : (n, k) float64
+        Displacements, in mesh units; 0 where free.
+    """
+
+    free: Floats
+    rows: Floats
+    prescribed: Floats
+
+
+def solve(
+    L: Laplacian,
+    gram: csr_array,
+    weight: float,
+    change: Floats,
+    progress: Progress | None = None,
+    constraints: Constraints | None = None,
+) -> Solution:
     """Displacement that turns the differential coordinates by ``change`` as well as the barycentres allow.
 
     Parameters
@@ -56,50 +82,56 @@ def solve(L: Laplacian, gram: csr_array, weight: float, change: Floats, progress
         delta' - delta, in mesh units.
     progress : callable, optional
         Called with the fraction done, in [0, 1].
+    constraints : Constraints, optional
+        None: every vertex is free and every row asked for.
 
     Raises
     ------
     NotConverged
         After :data:`MOST_ITERATIONS`, with the residual that was reached.
     """
-    b = L.transposed(change)
+    w2 = weight * weight
+    free, rows = (constraints.free, constraints.rows) if constraints is not None else (1.0, 1.0)
+
+    def normal_matrix(p: Floats) -> Floats:
+        return np.asarray(free * (L.transposed(rows * (L @ p)) + w2 * (gram @ p)))
+
+    b = free * L.transposed(rows * change)
+    if constraints is not None:
+        b = b - normal_matrix(constraints.prescribed)
     scale = np.linalg.norm(b, axis=0)
     # a column that is nothing but rounding has nothing to solve for
     active = scale > np.finfo(float).eps * scale.max(initial=0.0)
     x = np.zeros_like(b)
     if not active.any():
-        return Solution(x, 0, 0.0)
+        return Solution(x if constraints is None else constraints.prescribed, 0, 0.0)
+    scale, b = scale[active], b[:, active]
 
-    w2 = weight * weight
-
-    def normal_matrix(p: Floats) -> Floats:
-        return L.transposed(L @ p) + w2 * np.asarray(gram @ p)
-
-    inverse_diagonal = 1 / (_gram_diagonal(L) + w2 * gram.diagonal())[:, None]
-    target = TOLERANCE * scale[active]
-    residual = b[:, active].copy()
+    inverse_diagonal = 1 / (_gram_diagonal(L, rows) + w2 * gram.diagonal()[:, None])
+    target = TOLERANCE * scale
+    residual = b.copy()
     z = inverse_diagonal * residual
     p = z.copy()
     rho = _dots(residual, z)
-    x_active = np.zeros_like(residual)
+    solution = np.zeros_like(residual)
     iterations = 0
     while True:
         norm = np.sqrt(_dots(residual, residual))
         if (norm <= target).all():
             break
         if iterations == MOST_ITERATIONS:
-            worst = float((norm / scale[active]).max())
+            worst = float((norm / scale).max())
             raise NotConverged(
                 f"the least-squares solve stands at a relative residual of {worst:.1e} after {iterations} iterations "
                 f"(wanted {TOLERANCE:.0e}); raise barycenter_weight ({weight:g})"
             )
         if progress is not None:
-            progress(float(np.clip(np.log(norm / scale[active]).max() / np.log(TOLERANCE), 0, 1)))
+            progress(float(np.clip(np.log(norm / scale).max() / np.log(TOLERANCE), 0, 1)))
         q = normal_matrix(p)
         curvature = _dots(p, q)
         # a column that has converged to the last bit has no direction left
         step = np.divide(rho, curvature, out=np.zeros_like(rho), where=curvature > 0)
-        x_active += step * p
+        solution += step * p
         residual -= step * q
         z = inverse_diagonal * residual
         following = _dots(residual, z)
@@ -107,9 +139,9 @@ def solve(L: Laplacian, gram: csr_array, weight: float, change: Floats, progress
         p += z
         rho = following
         iterations += 1
-    x[:, active] = x_active
-    reached = np.linalg.norm(normal_matrix(x_active) - b[:, active], axis=0) / scale[active]
-    return Solution(x, iterations, float(reached.max()))
+    reached = np.linalg.norm(normal_matrix(solution) - b, axis=0) / scale
+    x[:, active] = solution
+    return Solution(x if constraints is None else x + constraints.prescribed, iterations, float(reached.max()))
 
 
 def _dots(X: Floats, Y: Floats) -> Floats:
@@ -117,9 +149,9 @@ def _dots(X: Floats, Y: Floats) -> Floats:
     return np.asarray(np.einsum("ij,ij->j", X, Y))
 
 
-def _gram_diagonal(L: Laplacian) -> Floats:
-    """Diagonal of L^T L: sum over i of L_ij^2."""
+def _gram_diagonal(L: Laplacian, rows: Floats | float) -> Floats:
+    """(n, 1) diagonal of L^T R L: sum over the rows i asked for of L_ij^2."""
     squared = L.S.copy()
     squared.data = squared.data**2
     # L_ij = d_i^-1/2 S_ij d_j^1/2
-    return np.asarray((squared.T @ (1 / L.root_degree**2) * L.root_degree**2)[:, 0])
+    return np.asarray(squared.T @ (rows / L.root_degree**2) * L.root_degree**2)

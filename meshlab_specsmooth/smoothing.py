@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 from scipy.sparse import csr_array
 
-from meshlab_specsmooth.descriptors import SMOOTHING_DEFAULTS
+from meshlab_specsmooth.descriptors import ENHANCEMENT_DEFAULTS, SMOOTHING_DEFAULTS
 from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.operators import Laplacian, barycenters
 from meshlab_specsmooth.operators import laplacian as build_laplacian
-from meshlab_specsmooth.reconstruction import Solution, solve
+from meshlab_specsmooth.reconstruction import Constraints, Solution, solve
+from meshlab_specsmooth.region import BOUNDARIES, Rim, blend, rim, weights
+from meshlab_specsmooth.spectral import SpectralFilter
 from meshlab_specsmooth.spectral.cutoff import wavelength_in_edges
-from meshlab_specsmooth.spectral.design import Design, design
+from meshlab_specsmooth.spectral.design import Design, design, design_band
 from meshlab_specsmooth.spectral.progress import Progress, part
 from meshlab_specsmooth.surface import Floats, Integers, Surface, edges, mean_length
 
@@ -28,11 +31,23 @@ DEFAULT_WAVELENGTH_IN_EDGES = 20.0
 DIFFERENTIAL_TOLERANCE = 5e-4
 POSITION_TOLERANCE = 1e-7
 
-_RESPONSE = str(SMOOTHING_DEFAULTS["response"])
-_WEIGHT = float(SMOOTHING_DEFAULTS["barycenter_weight"])  # type: ignore[arg-type]
-_PASSES = int(SMOOTHING_DEFAULTS["passes"])  # type: ignore[arg-type]
-_LAPLACIAN = str(SMOOTHING_DEFAULTS["laplacian"])
-_METHOD = str(SMOOTHING_DEFAULTS["method"])
+_RESPONSE = SMOOTHING_DEFAULTS.text("response")
+_WEIGHT = SMOOTHING_DEFAULTS.number("barycenter_weight")
+_PASSES = int(SMOOTHING_DEFAULTS.number("passes"))
+_LAPLACIAN = SMOOTHING_DEFAULTS.text("laplacian")
+_METHOD = SMOOTHING_DEFAULTS.text("method")
+_BOUNDARY = SMOOTHING_DEFAULTS.text("boundary")
+_FEATURE_GAIN = SMOOTHING_DEFAULTS.number("feature_gain")
+_ENHANCING_RESPONSE = ENHANCEMENT_DEFAULTS.text("response")
+_ENHANCING_WEIGHT = ENHANCEMENT_DEFAULTS.number("barycenter_weight")
+_GAIN = ENHANCEMENT_DEFAULTS.number("gain")
+
+# The band that enhancement amplifies without further notice: longer waves are the shape, shorter ones the noise
+LONGEST_ENHANCED_IN_EDGES = 30.0
+SHORTEST_ENHANCED_IN_EDGES = 6.0
+
+# From differential coordinates to what is to be added to them; the operator is the surface's or its boundary's
+Change = Callable[[Laplacian, SpectralFilter, Floats, Progress | None], Floats]
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,6 +124,8 @@ class Prepared:
     L : Laplacian
     gram : (k, k) csr_array
         C^T C of the face barycentres.
+    rim : Rim or None
+        The boundary curve; None of a closed surface.
     kind : str
         ``"uniform"`` or ``"cotangent"``.
     """
@@ -120,6 +137,7 @@ class Prepared:
     mean_edge: float
     L: Laplacian
     gram: csr_array
+    rim: Rim | None
     kind: str
 
     def smooth(
@@ -131,28 +149,75 @@ class Prepared:
         barycenter_weight: float = _WEIGHT,
         passes: int = _PASSES,
         method: str = _METHOD,
+        boundary: str = _BOUNDARY,
+        mask: npt.ArrayLike | None = None,
+        features: npt.ArrayLike | None = None,
+        feature_gain: float = _FEATURE_GAIN,
         progress: Progress | None = None,
     ) -> SmoothingResult:
         """As :func:`smooth`, without preparing anew."""
         start = time.perf_counter()
-        if not 0 < barycenter_weight < np.inf:
-            raise InvalidParameter(
-                f"barycenter_weight is {barycenter_weight}; it must be positive and finite (for the limit 0, low_pass)"
-            )
-        passes = _whole("passes", passes)
+        if not 0 <= feature_gain < np.inf:
+            raise InvalidParameter(f"feature_gain is {feature_gain}; it must be finite and not negative")
+        kept = 0.0 if features is None else feature_gain * self._weights("features", features)
+        region = self._region(boundary, mask, 1.0 - kept)
         low_pass = self._design(modes, wavelength, response, method, DIFFERENTIAL_TOLERANCE)
-        V = self.positions
-        solutions = []
-        for number in range(passes):
-            step_2 = part(progress, number / passes, 0.5 / passes)
-            step_3 = part(progress, (number + 0.5) / passes, 0.5 / passes)
-            delta = self.L @ V
-            change = self.L.function(low_pass.filter, delta, step_2) - delta
-            solutions.append(solve(self.L, self.gram, barycenter_weight, change, step_3))
-            V = V + solutions[-1].displacement
-        if progress is not None:
-            progress(1.0)
-        return self._result(V, low_pass, float(barycenter_weight), solutions, start)
+        along = self._along_rim(
+            boundary,
+            lambda S, scale: design(
+                S,
+                scale * wavelength_in_edges(low_pass.cutoff.eigenvalue),
+                by="wavelength",
+                name=response,
+                method=method,
+                tolerance=DIFFERENTIAL_TOLERANCE,
+            ),
+        )
+
+        def removed(L: Laplacian, filter_: SpectralFilter, delta: Floats, report: Progress | None) -> Floats:
+            return L.function(filter_, delta, report) - delta
+
+        return self._run(removed, low_pass, along, region, barycenter_weight, passes, start, progress)
+
+    def enhance(
+        self,
+        *,
+        longest: float | None = None,
+        shortest: float | None = None,
+        gain: float = _GAIN,
+        response: str = _ENHANCING_RESPONSE,
+        barycenter_weight: float = _ENHANCING_WEIGHT,
+        method: str = _METHOD,
+        boundary: str = _BOUNDARY,
+        mask: npt.ArrayLike | None = None,
+        features: npt.ArrayLike | None = None,
+        progress: Progress | None = None,
+    ) -> SmoothingResult:
+        """As :func:`enhance`, without preparing anew."""
+        start = time.perf_counter()
+        if not 0 <= gain < np.inf:
+            raise InvalidParameter(f"gain is {gain}; it must be finite and not negative")
+        longest_ = self._in_edges("longest", longest, LONGEST_ENHANCED_IN_EDGES)
+        shortest_ = self._in_edges("shortest", shortest, SHORTEST_ENHANCED_IN_EDGES)
+        if not shortest_ < longest_:
+            raise InvalidParameter(f"shortest is {shortest} and longest {longest}; the first must be the smaller one")
+        region = self._region(boundary, mask, 1.0 if features is None else self._weights("features", features))
+
+        def band_pass(S: csr_array, scale: float) -> Design:
+            return design_band(
+                S,
+                scale * longest_,
+                scale * shortest_,
+                name=response,
+                method=method,
+                tolerance=DIFFERENTIAL_TOLERANCE,
+            )
+
+        def added(L: Laplacian, filter_: SpectralFilter, delta: Floats, report: Progress | None) -> Floats:
+            return (gain - 1) * L.function(filter_, delta, report)
+
+        along = self._along_rim(boundary, band_pass)
+        return self._run(added, band_pass(self.L.S, 1.0), along, region, barycenter_weight, 1, start, progress)
 
     def low_pass(
         self,
@@ -161,42 +226,111 @@ class Prepared:
         wavelength: float | None = None,
         response: str = _RESPONSE,
         method: str = _METHOD,
+        mask: npt.ArrayLike | None = None,
         progress: Progress | None = None,
     ) -> SmoothingResult:
         """As :func:`low_pass`, without preparing anew."""
         start = time.perf_counter()
         low_pass = self._design(modes, wavelength, response, method, POSITION_TOLERANCE)
-        V = self.L.function(low_pass.filter, self.positions, progress)
-        return self._result(V, low_pass, 0.0, [], start)
+        displacement = self.L.function(low_pass.filter, self.positions, progress) - self.positions
+        if mask is not None:
+            displacement *= blend(self.L, self._weights("mask", mask))
+        return self._result(displacement, low_pass, 0.0, [], start)
+
+    def _run(
+        self,
+        change_of: Change,
+        across: Design,
+        along: Design | None,
+        region: _Region,
+        weight: float,
+        passes: int,
+        start: float,
+        progress: Progress | None,
+    ) -> SmoothingResult:
+        """The three steps, on the boundary curve first if it is smoothed by itself."""
+        if not 0 < weight < np.inf:
+            raise InvalidParameter(
+                f"barycenter_weight is {weight}; it must be positive and finite (for the limit 0, low_pass)"
+            )
+        passes = _whole("passes", passes)
+        V = self.positions
+        solutions = []
+        for number in range(passes):
+            step_2 = part(progress, number / passes, 0.5 / passes)
+            step_3 = part(progress, (number + 0.5) / passes, 0.5 / passes)
+            delta = region.rows * (self.L @ V)
+            change = region.field * change_of(self.L, across.filter, delta, step_2)
+            prescribed = np.zeros_like(V)
+            if along is not None and self.rim is not None:
+                at, curve = self.rim.vertices, self.rim.L
+                change_along = region.field[at] * change_of(curve, along.filter, curve @ V[at], None)
+                held = Constraints(region.mask[at], np.ones((len(at), 1)), np.zeros_like(change_along))
+                prescribed[at] = solve(curve, self.rim.gram, weight, change_along, None, held).displacement
+            constraints = Constraints(region.free, region.rows, prescribed) if region.is_constrained else None
+            solutions.append(solve(self.L, self.gram, weight, change, step_3, constraints))
+            V = V + solutions[-1].displacement
+        if progress is not None:
+            progress(1.0)
+        return self._result(V - self.positions, across, float(weight), solutions, start)
 
     def _design(
         self, modes: int | None, wavelength: float | None, response: str, method: str, tolerance: float
     ) -> Design:
-        n = len(self.moving)
         size: float
         if modes is not None:
             if wavelength is not None:
                 raise InvalidParameter("modes and wavelength both set the cut-off; give one of them")
             by, size = "modes", _whole("modes", modes)
-            if size > n:
-                raise InvalidParameter(f"modes is {modes}; this mesh has {n}")
-        elif wavelength is None:
-            by, size = "wavelength", DEFAULT_WAVELENGTH_IN_EDGES
-        elif not 0 < wavelength < np.inf:
-            raise InvalidParameter(f"wavelength is {wavelength}; it must be a positive length in mesh units")
-        elif self.mean_edge == 0:
-            raise InvalidParameter("wavelength has no meaning here: no edge of this mesh has a length")
+            if size > len(self.moving):
+                raise InvalidParameter(f"modes is {modes}; this mesh has {len(self.moving)}")
         else:
-            by, size = "wavelength", float(np.ldexp(wavelength, -self.exponent)) / self.mean_edge
+            by, size = "wavelength", self._in_edges("wavelength", wavelength, DEFAULT_WAVELENGTH_IN_EDGES)
         return design(self.L.S, size, by=by, name=response, method=method, tolerance=tolerance)
 
+    def _in_edges(self, name: str, length: float | None, default: float) -> float:
+        """A wavelength in mean edge lengths."""
+        if length is None:
+            return default
+        if not 0 < length < np.inf:
+            raise InvalidParameter(f"{name} is {length}; it must be a positive length in mesh units")
+        if self.mean_edge == 0:
+            raise InvalidParameter(f"{name} has no meaning here: no edge of this mesh has a length")
+        return float(np.ldexp(length, -self.exponent)) / self.mean_edge
+
+    def _weights(self, name: str, given: npt.ArrayLike) -> Floats:
+        """Weights of the moving vertices, (k, 1)."""
+        return weights(name, given, len(self.surface.vertices))[self.moving, None]
+
+    def _region(self, boundary: str, mask: npt.ArrayLike | None, field: Floats | float) -> _Region:
+        if boundary not in BOUNDARIES:
+            raise InvalidParameter(f"boundary is {boundary!r}; it must be one of {', '.join(map(repr, BOUNDARIES))}")
+        everywhere = np.ones((len(self.moving), 1))
+        inside = everywhere if mask is None else (self._weights("mask", mask) > 0).astype(np.float64)
+        rows, free = everywhere.copy(), inside.copy()
+        holds_rim = boundary != "free" and self.rim is not None
+        if holds_rim and self.rim is not None:
+            rows[self.rim.vertices] = 0
+            free[self.rim.vertices] = 0
+        return _Region(field * inside, inside, free, rows, holds_rim or mask is not None)
+
+    def _along_rim(self, boundary: str, make: Callable[[csr_array, float], Design]) -> Design | None:
+        """The same filter for the boundary curve, if that is smoothed by itself.
+
+        ``make`` takes the curve's S and what to multiply wavelengths in mean edges of the surface with: the curve has
+        edges of its own, and the eigenvalue of a wave on a curve is twice that on a surface.
+        """
+        if boundary != "curve" or self.rim is None or self.rim.mean_edge == 0:
+            return None
+        return make(self.rim.L.S, self.mean_edge / self.rim.mean_edge / np.sqrt(2))
+
     def _result(
-        self, V: Floats, low_pass: Design, weight: float, solutions: list[Solution], start: float
+        self, displacement: Floats, low_pass: Design, weight: float, solutions: list[Solution], start: float
     ) -> SmoothingResult:
-        displacement = V - self.positions
         vertices = self.surface.vertices.copy()
-        # the displacement is added to the positions as given, so that what did not move stays to the bit
-        vertices[self.moving] += np.ldexp(displacement, self.exponent)
+        # the displacement is added to the positions as given, and only where there is one: the rest stays to the bit
+        moved = displacement.any(axis=1)
+        vertices[self.moving[moved]] += np.ldexp(displacement[moved], self.exponent)
         mean_edge = float(np.ldexp(self.mean_edge, self.exponent))
         rms = np.sqrt((displacement**2).sum() / len(vertices))
         return SmoothingResult(
@@ -220,6 +354,21 @@ class Prepared:
         )
 
 
+@dataclass(frozen=True, eq=False)
+class _Region:
+    """Where to act, as (k, 1) columns.
+
+    ``field`` scales the change, ``mask`` is 1 where vertices may move at all, ``free`` where the surface's own least
+    squares moves them, ``rows`` where differential coordinates are asked for.
+    """
+
+    field: Floats
+    mask: Floats
+    free: Floats
+    rows: Floats
+    is_constrained: bool
+
+
 def prepare(vertices: npt.ArrayLike, faces: npt.ArrayLike, *, laplacian: str = _LAPLACIAN) -> Prepared:
     """Build what does not depend on the parameters, to smooth the same surface many times.
 
@@ -237,7 +386,7 @@ def prepare(vertices: npt.ArrayLike, faces: npt.ArrayLike, *, laplacian: str = _
     ['exact', 'exact']
     """
     surface = Surface(vertices, faces)  # type: ignore[arg-type]  # the gate takes anything and says what is wrong
-    ends, _ = edges(surface)
+    ends, face_count = edges(surface)
     has_edge = np.zeros(len(surface.vertices), dtype=np.bool_)
     has_edge[ends] = True
     moving = np.flatnonzero(has_edge).astype(np.int32)
@@ -245,9 +394,8 @@ def prepare(vertices: npt.ArrayLike, faces: npt.ArrayLike, *, laplacian: str = _
     positions, exponent = _normalised(surface.vertices[moving])
     if len(moving) == 0:
         nothing = csr_array((0, 0))
-        return Prepared(
-            surface, moving, positions, exponent, 0.0, Laplacian(nothing, np.empty((0, 1))), nothing, laplacian
-        )
+        L = Laplacian(nothing, np.empty((0, 1)))
+        return Prepared(surface, moving, positions, exponent, 0.0, L, nothing, None, laplacian)
     # a face whose three corners are one vertex has no edge, and its barycentre no say
     has_side = (surface.faces != surface.faces[:, [1, 2, 0]]).any(axis=1)
     graph = Surface(positions, number[surface.faces[has_side]])
@@ -260,6 +408,7 @@ def prepare(vertices: npt.ArrayLike, faces: npt.ArrayLike, *, laplacian: str = _
         mean_length(positions, number[ends]),
         build_laplacian(graph, number[ends], laplacian),
         (C.T @ C).tocsr(),
+        rim(positions, number[ends], face_count),
         laplacian,
     )
 
@@ -275,6 +424,10 @@ def smooth(
     passes: int = _PASSES,
     laplacian: str = _LAPLACIAN,
     method: str = _METHOD,
+    boundary: str = _BOUNDARY,
+    mask: npt.ArrayLike | None = None,
+    features: npt.ArrayLike | None = None,
+    feature_gain: float = _FEATURE_GAIN,
     progress: Progress | None = None,
 ) -> SmoothingResult:
     """Spectral smoothing with barycentre constraints: the paper's method.
@@ -304,6 +457,17 @@ def smooth(
         See :func:`meshlab_specsmooth.operators.laplacian`.
     method : {"auto", "exact", "chebyshev"}
         How h(L) is applied: with eigenvectors, or with a polynomial; ``"auto"`` is exact up to 1000 vertices.
+    boundary : {"curve", "fixed", "free"}
+        What happens at the boundary of an open surface: its curve is smoothed along itself, by the same three steps;
+        it stays; or it is smoothed like the rest, which draws it inwards (the paper).
+    mask : (n,) array of weights in [0, 1] or of bool, optional
+        Vertices that may move: those whose weight is above 0. The others stay to the bit, and the displacement fades
+        out towards them without a seam.
+    features : (n,) array of weights in [0, 1] or of bool, optional
+        Vertices whose detail is to be kept or enhanced.
+    feature_gain : float
+        What features keep of the differential coordinates that smoothing removes: 0 smooths them as the rest, 1 keeps
+        them, above 1 enhances them. Without ``features`` it has no effect.
     progress : callable, optional
         Called with the fraction done, rising to 1.
 
@@ -340,6 +504,10 @@ def smooth(
         barycenter_weight=barycenter_weight,
         passes=passes,
         method=method,
+        boundary=boundary,
+        mask=mask,
+        features=features,
+        feature_gain=feature_gain,
         progress=progress,
     )
 
@@ -353,6 +521,7 @@ def low_pass(
     response: str = _RESPONSE,
     laplacian: str = _LAPLACIAN,
     method: str = _METHOD,
+    mask: npt.ArrayLike | None = None,
     progress: Progress | None = None,
 ) -> SmoothingResult:
     """Plain spectral smoothing of the coordinates, V' = h(L) V: what the paper compares with.
@@ -373,7 +542,61 @@ def low_pass(
            [1., 1., 0.]])
     """
     return prepare(vertices, faces, laplacian=laplacian).low_pass(
-        modes=modes, wavelength=wavelength, response=response, method=method, progress=progress
+        modes=modes, wavelength=wavelength, response=response, method=method, mask=mask, progress=progress
+    )
+
+
+def enhance(
+    vertices: npt.ArrayLike,
+    faces: npt.ArrayLike,
+    *,
+    longest: float | None = None,
+    shortest: float | None = None,
+    gain: float = _GAIN,
+    response: str = _ENHANCING_RESPONSE,
+    barycenter_weight: float = _ENHANCING_WEIGHT,
+    laplacian: str = _LAPLACIAN,
+    method: str = _METHOD,
+    boundary: str = _BOUNDARY,
+    mask: npt.ArrayLike | None = None,
+    features: npt.ArrayLike | None = None,
+    progress: Progress | None = None,
+) -> SmoothingResult:
+    """Amplify a band of the surface's detail by the same three steps: delta' = delta + (gain - 1) band(L) delta.
+
+    Parameters
+    ----------
+    longest, shortest : float, optional
+        The longest and the shortest wave of the band, in mesh units; 30 and 6 mean edge lengths by default.
+    gain : float
+        What the band's differential coordinates are multiplied with: 1 changes nothing, 2 doubles, 0 removes.
+    barycenter_weight : float
+        w > 0: the barycentres hold waves back whose eigenvalue is below w, so it is smaller here than for smoothing.
+    features : (n,) array of weights in [0, 1] or of bool, optional
+        Where to enhance; everywhere by default.
+    vertices, faces, response, laplacian, method, boundary, mask, progress
+        As for :func:`smooth`; so are returns and errors. The result's cut-off is that of the shortest wave.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import meshlab_specsmooth as mss
+    >>> octahedron = np.vstack([np.eye(3), -np.eye(3)])
+    >>> faces = [[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]]
+    >>> np.allclose(mss.enhance(octahedron, faces, gain=1).vertices, octahedron)
+    True
+    """
+    return prepare(vertices, faces, laplacian=laplacian).enhance(
+        longest=longest,
+        shortest=shortest,
+        gain=gain,
+        response=response,
+        barycenter_weight=barycenter_weight,
+        method=method,
+        boundary=boundary,
+        mask=mask,
+        features=features,
+        progress=progress,
     )
 
 

@@ -108,7 +108,8 @@ def test_a_vanishing_weight_gives_the_plain_low_pass(name, mesh):
     limit = mss.low_pass(V, F, modes=6, response=name).vertices
     apart = []
     for weight in (0.1, 0.01, 0.001):
-        difference = mss.smooth(V, F, modes=6, response=name, barycenter_weight=weight).vertices - limit
+        result = mss.smooth(V, F, modes=6, response=name, barycenter_weight=weight, boundary="free")
+        difference = result.vertices - limit
         if len(V) == 48:  # at a rim a vertex has fewer faces than edges, so the two keep different means
             difference -= difference.mean(axis=0)
         apart.append(np.linalg.norm(difference))
@@ -203,20 +204,21 @@ def test_vertices_without_an_edge_do_not_move_nor_matter(smoother):
 
 def test_unreferenced_and_doubled_faces_change_nothing_they_should_not():
     V, F = OPEN
-    plain = mss.smooth(V, F, modes=10).vertices
-    backwards = mss.smooth(V, F[:, ::-1], modes=10).vertices
+    plain = mss.smooth(V, F, modes=10, boundary="free").vertices
+    backwards = mss.smooth(V, F[:, ::-1], modes=10, boundary="free").vertices
     assert backwards == pytest.approx(plain, abs=1e-7)
     # a mesh whose faces all count twice holds its barycentres with root 2 times the weight
-    twice = mss.smooth(V, np.concatenate([F, F]), modes=10, barycenter_weight=1 / np.sqrt(2)).vertices
-    assert twice == pytest.approx(plain, abs=1e-6)
+    twice = mss.smooth(V, np.concatenate([F, F]), modes=10, barycenter_weight=1 / np.sqrt(2), boundary="free")
+    assert twice.vertices == pytest.approx(plain, abs=1e-6)
 
 
 def test_components_do_not_feel_each_other():
     V, F = SEVERAL
     n = len(OPEN[0])
-    alone, among = mss.smooth(*OPEN, wavelength=6.0, response="heat"), mss.smooth(V, F, wavelength=6.0, response="heat")
+    given_ = {"response": "heat", "boundary": "free"}
+    alone, among = mss.smooth(*OPEN, wavelength=6.0, **given_), mss.smooth(V, F, wavelength=6.0, **given_)
     # the wavelength is counted in mean edges, which differ; so compare at the same eigenvalue
-    scaled = mss.smooth(*OPEN, wavelength=6.0 * alone.mean_edge / among.mean_edge, response="heat")
+    scaled = mss.smooth(*OPEN, wavelength=6.0 * alone.mean_edge / among.mean_edge, **given_)
     assert among.vertices[:n] == pytest.approx(scaled.vertices, abs=1e-4)
 
 
@@ -309,7 +311,8 @@ def test_by_default_waves_longer_than_20_edges_are_kept():
 
 def test_the_defaults_are_those_of_the_descriptor():
     described = {p.name: p.default for p in load("apply_coord_spectral_smoothing").parameters}
-    explicit = {name: described[name] for name in ("response", "barycenter_weight", "passes", "laplacian", "method")}
+    names = ("response", "barycenter_weight", "passes", "laplacian", "method", "boundary", "feature_gain")
+    explicit = {name: described[name] for name in names}
     assert np.array_equal(mss.smooth(*OPEN, **explicit).vertices, mss.smooth(*OPEN).vertices)
 
 
@@ -330,6 +333,13 @@ def test_the_defaults_are_those_of_the_descriptor():
         ({"response": "box"}, "response is 'box'"),
         ({"laplacian": "graph"}, "laplacian is 'graph'"),
         ({"method": "qr"}, "method is 'qr'"),
+        ({"boundary": "open"}, "boundary is 'open'; it must be one of 'free', 'fixed', 'curve'"),
+        ({"mask": np.ones(5)}, r"mask has shape \(5,\); pass one weight for each of the 108 vertices"),
+        ({"mask": ["a"] * 108}, "mask is no array of numbers"),
+        ({"features": np.full(108, 2.0)}, r"features\[0\] is 2.0; weights lie in \[0, 1\]"),
+        ({"features": np.full(108, np.nan)}, r"features\[0\] is nan"),
+        ({"features": np.ones(108), "feature_gain": -1.0}, "feature_gain is -1.0"),
+        ({"feature_gain": np.inf}, "feature_gain is inf"),
     ],
 )
 def test_parameters_out_of_range_are_refused_by_name(parameters, words):

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from scipy.sparse import csr_array
 
 from meshlab_specsmooth.errors import InvalidParameter
-from meshlab_specsmooth.response import Response, response
+from meshlab_specsmooth.response import Response, band, response
 from meshlab_specsmooth.spectral import SpectralFilter, density, eigenbasis
 from meshlab_specsmooth.spectral.chebyshev import approximate
 from meshlab_specsmooth.spectral.cutoff import Cutoff, from_wavelength
@@ -59,10 +59,8 @@ def design(S: csr_array, size: int | float, *, by: str, name: str, method: str, 
     TooLarge
         An eigenbasis that would not fit in memory.
     """
-    if method not in METHODS:
-        raise InvalidParameter(f"method is {method!r}; it must be one of {', '.join(map(repr, METHODS))}")
     n = S.shape[0]
-    if method == "chebyshev" or (method == "auto" and n > eigenbasis.DENSE_VERTICES):
+    if not _is_exact(method, n):
         if by == "wavelength":
             cutoff = from_wavelength(size, n)
         elif size >= n:
@@ -84,3 +82,28 @@ def design(S: csr_array, size: int | float, *, by: str, name: str, method: str, 
     cutoff = basis.cutoff(int(size)) if by == "modes" else from_wavelength(size, n)
     h = response(name, cutoff.eigenvalue)
     return Design(eigenbasis.Projection(basis, h), h, cutoff, "exact")
+
+
+def design_band(S: csr_array, longest: float, shortest: float, *, name: str, method: str, tolerance: float) -> Design:
+    """The pass of all waves between two lengths, in mean edges.
+
+    Parameters, errors
+        As for :func:`design`.
+
+    Returns
+    -------
+    Design
+        Its cut-off is that of the shortest wave.
+    """
+    n = S.shape[0]
+    low, high = from_wavelength(longest, n), from_wavelength(shortest, n)
+    h = band(response(name, low.eigenvalue), response(name, high.eigenvalue))
+    if _is_exact(method, n):
+        return Design(eigenbasis.Projection(eigenbasis.complete(S), h), h, high, "exact")
+    return Design(approximate(h, tolerance), h, high, "chebyshev")
+
+
+def _is_exact(method: str, vertex_count: int) -> bool:
+    if method not in METHODS:
+        raise InvalidParameter(f"method is {method!r}; it must be one of {', '.join(map(repr, METHODS))}")
+    return method == "exact" or (method == "auto" and vertex_count <= eigenbasis.DENSE_VERTICES)

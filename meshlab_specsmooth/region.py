@@ -1,0 +1,87 @@
+"""Where a filter acts: which vertices may move, which are features, what happens at the boundary."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.sparse import coo_array, csr_array
+
+from meshlab_specsmooth.errors import InvalidParameter
+from meshlab_specsmooth.operators import Laplacian, graph_laplacian
+from meshlab_specsmooth.surface import Floats, Integers, mean_length
+
+BOUNDARIES = ("free", "fixed", "curve")
+
+# Over how many rings of edges the plain low-pass rises from nothing at a selection's rim to all of it
+BLENDING_RINGS = 4
+
+
+@dataclass(frozen=True, eq=False)
+class Rim:
+    """The boundary of a surface as a curve: a graph of its own, with segments for faces.
+
+    Attributes
+    ----------
+    vertices : (k,) int32
+        Indices of the boundary's vertices.
+    L : Laplacian
+        Uniform Laplacian of the curve: each vertex less the mean of its neighbours along the boundary.
+    gram : (k, k) csr_array
+        C^T C of the segments' midpoints.
+    mean_edge : float
+        Mean length of its segments, in the units of the positions.
+    """
+
+    vertices: Integers
+    L: Laplacian
+    gram: csr_array
+    mean_edge: float
+
+
+def rim(positions: Floats, ends: Integers, face_count: npt.NDArray[np.int64]) -> Rim | None:
+    """The boundary: the edges with one face only; None of a closed surface."""
+    segments = ends[face_count == 1]
+    if len(segments) == 0:
+        return None
+    vertices, local = np.unique(segments, return_inverse=True)
+    local = np.asarray(local.reshape(-1, 2), dtype=np.int32)
+    k, m = len(vertices), len(local)
+    C = coo_array((np.full(2 * m, 0.5), (np.repeat(np.arange(m), 2), local.ravel())), shape=(m, k)).tocsr()
+    L = graph_laplacian(k, local, np.ones(m))
+    return Rim(vertices.astype(np.int32), L, (C.T @ C).tocsr(), mean_length(positions, segments))
+
+
+def weights(name: str, given: npt.ArrayLike, count: int) -> Floats:
+    """One weight in [0, 1] a vertex, as float64.
+
+    Raises
+    ------
+    InvalidParameter
+        Names the first vertex whose weight is none.
+    """
+    try:
+        array = np.asarray(given, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InvalidParameter(f"{name} is no array of numbers ({error})") from error
+    if array.shape != (count,):
+        raise InvalidParameter(f"{name} has shape {array.shape}; pass one weight for each of the {count} vertices")
+    outside = ~((array >= 0) & (array <= 1))
+    if outside.any():
+        first = int(np.flatnonzero(outside)[0])
+        raise InvalidParameter(f"{name}[{first}] is {array[first]}; weights lie in [0, 1]")
+    return array
+
+
+def blend(L: Laplacian, mask: Floats) -> Floats:
+    """A weight that is 0 outside of the mask and rises to 1 over :data:`BLENDING_RINGS` rings inside of it."""
+    reach = (L.S != 0).astype(np.float64)
+    inside = (mask > 0).astype(np.float64)
+    depth = inside.copy()
+    for _ in range(BLENDING_RINGS - 1):
+        inside = (reach @ (1 - inside) == 0).astype(np.float64)
+        depth += inside
+    # 1, 2, ... rings from the rim; smoothstep has no kink at either end
+    t = depth / BLENDING_RINGS
+    return np.asarray(t * t * (3 - 2 * t))
