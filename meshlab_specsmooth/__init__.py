@@ -1,10 +1,13 @@
 """Spectral mesh smoothing with barycentre constraints, as a filter for pymeshlab.
 
-Arrays in, arrays out: :func:`smooth`, :func:`low_pass`, :func:`prepare`. MeshSets, in place, as a MeshLab filter does
-it: :func:`apply_coord_spectral_smoothing`, :func:`apply_coord_spectral_low_pass`.
+Arrays in, arrays out: :func:`smooth`, :func:`low_pass`, :func:`enhance`, :func:`prepare`, :func:`spectrum`. MeshSets,
+in place, as a MeshLab filter does it: :func:`apply_coord_spectral_smoothing` and the others of its kind, as functions
+of a MeshSet, as methods of :class:`MeshSet`, or after :func:`register` as methods of pymeshlab's own.
 """
 
-from meshlab_specsmooth.bridge.filters import apply_coord_spectral_low_pass, apply_coord_spectral_smoothing
+from meshlab_specsmooth.bridge import filters as _filters
+from meshlab_specsmooth.bridge.filters import *  # noqa: F403 (each filter, by its name)
+from meshlab_specsmooth.bridge.registry import MeshSet, register, unregister
 from meshlab_specsmooth.errors import (
     FileError,
     InvalidParameter,
@@ -16,28 +19,35 @@ from meshlab_specsmooth.errors import (
     TooLarge,
 )
 from meshlab_specsmooth.smoothing import Prepared, SmoothingResult, enhance, low_pass, prepare, smooth
+from meshlab_specsmooth.spectrum import Spectrum, spectrum
 from meshlab_specsmooth.surface import Surface
 from meshlab_specsmooth.version import VERSION
+from meshlab_specsmooth.xmltree import InvalidXml
 
 __version__ = VERSION
 
 __all__ = [
+    *_filters.__all__,
     "FileError",
     "InvalidParameter",
     "InvalidSurface",
+    "InvalidXml",
+    "MeshSet",
     "MeshSetError",
     "MissingExtra",
     "NotConverged",
     "Prepared",
     "SmoothingResult",
     "SpecsmoothError",
+    "Spectrum",
     "Surface",
     "TooLarge",
     "__version__",
-    "apply_coord_spectral_low_pass",
-    "apply_coord_spectral_smoothing",
     "enhance",
     "low_pass",
     "prepare",
+    "register",
     "smooth",
+    "spectrum",
+    "unregister",
 ]

@@ -62,6 +62,24 @@ class Parameter:
     values: tuple[str, ...]
     important: bool
 
+    @property
+    def kind(self) -> str:
+        """Type and bounds, for people."""
+        if self.type == "enum":
+            return " | ".join(self.values)
+        name = {"length": "float, PercentageValue or PureValue"}.get(self.type, self.type)
+        bounds = f" in [{self.minimum:g}, {self.maximum:g}]" if math.isfinite(self.maximum) else ""
+        return name + bounds
+
+    @property
+    def shown_default(self) -> str:
+        """The default, for people."""
+        if isinstance(self.default, AnySelected):
+            return "whether something is selected"
+        if isinstance(self.default, Length):
+            return f"{100 * self.default.share:g}%"
+        return str(self.default)
+
 
 @dataclass(frozen=True)
 class Descriptor:

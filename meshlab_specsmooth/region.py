@@ -46,10 +46,10 @@ def rim(positions: Floats, ends: Integers, face_count: npt.NDArray[np.int64]) ->
     if len(segments) == 0:
         return None
     vertices, local = np.unique(segments, return_inverse=True)
-    local = np.asarray(local.reshape(-1, 2), dtype=np.int32)
+    local = local.reshape(-1, 2)
     k, m = len(vertices), len(local)
     C = coo_array((np.full(2 * m, 0.5), (np.repeat(np.arange(m), 2), local.ravel())), shape=(m, k)).tocsr()
-    L = graph_laplacian(k, local, np.ones(m))
+    L = graph_laplacian(k, local.astype(np.int32), np.ones(m))
     return Rim(vertices.astype(np.int32), L, (C.T @ C).tocsr(), mean_length(positions, segments))
 
 

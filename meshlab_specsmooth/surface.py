@@ -162,6 +162,16 @@ def face_vectors(surface: Surface) -> Floats:
     return np.asarray(np.cross(V[F[:, 1]] - V[F[:, 0]], V[F[:, 2]] - V[F[:, 0]]), dtype=np.float64)
 
 
+def vertex_normals(surface: Surface) -> Floats:
+    """(n, 3) unit normals, the mean over the faces at a vertex weighted by area; zero where there is none."""
+    V, F = np.zeros_like(surface.vertices), surface.faces
+    vectors = face_vectors(surface)
+    for corner in range(3):
+        np.add.at(V, F[:, corner], vectors)
+    length = np.linalg.norm(V, axis=1)
+    return np.asarray(np.divide(V, length[:, None], out=np.zeros_like(V), where=length[:, None] > 0))
+
+
 def signed_volume(surface: Surface) -> float:
     """Volume enclosed by a closed surface, in cubed mesh units; positive where the faces look outwards."""
     V, F = surface.vertices - surface.vertices.mean(axis=0), surface.faces

@@ -1,93 +1,83 @@
-"""The filters on MeshSets: in place, keywords only, as MeshLab's own are called."""
+"""The filters on MeshSets: in place, keywords only, as MeshLab's own are called.
+
+A filter is one descriptor in ``filters_xml/`` and one function here of the same name: the function gets the MeshSet and
+the checked values of all parameters, and the decorator does the rest.
+"""
 
 from __future__ import annotations
 
-import math
+import inspect
+import textwrap
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pymeshlab
 from pymeshlab import PyMeshLabException
 
 from meshlab_specsmooth import descriptors
-from meshlab_specsmooth.bridge.meshset import pull, push
-from meshlab_specsmooth.descriptors import Descriptor, Length, Parameter
+from meshlab_specsmooth.bridge import scripts
+from meshlab_specsmooth.bridge.meshset import pull, push, push_quality
+from meshlab_specsmooth.bridge.parameters import resolve
+from meshlab_specsmooth.descriptors import Descriptor
+from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.smoothing import Prepared, SmoothingResult, prepare
+from meshlab_specsmooth.spectral.progress import Progress
+from meshlab_specsmooth.spectrum import spectrum
+from meshlab_specsmooth.surface import Floats, Surface, vertex_normals
 
-__all__ = [
-    "FILTERS",
-    "PyMeshLabException",
-    "apply",
-    "apply_coord_spectral_low_pass",
-    "apply_coord_spectral_smoothing",
-    "resolve",
-]
+Filter = Callable[..., dict[str, Any]]
+Implementation = Callable[[pymeshlab.MeshSet, dict[str, Any], Progress | None], dict[str, Any]]
 
-
-def apply_coord_spectral_smoothing(ms: pymeshlab.MeshSet, **parameters: Any) -> dict[str, Any]:
-    """Spectral Smooth: the paper's method, in place on the current mesh of a MeshSet.
-
-    Everything but coordinates, normals and bounding box stays as it was: faces, polygons, colours, quality, texture
-    coordinates, selections, attributes, transform, the other meshes, the filter script. If anything fails the MeshSet
-    is as before.
-
-    Parameters
-    ----------
-    ms : pymeshlab.MeshSet
-    **parameters
-        As in ``filters_xml/apply_coord_spectral_smoothing.xml``: modes, wavelength (a number in mesh units, or a
-        ``pymeshlab.PercentageValue`` of the bounding-box diagonal), response, barycenter_weight, passes, laplacian,
-        method. They mean what they mean in :func:`meshlab_specsmooth.smooth`; 0 modes or wavelength is "not given".
-        ``progress`` takes a callable too.
-
-    Returns
-    -------
-    dict
-        The evidence: all fields of :class:`meshlab_specsmooth.SmoothingResult` but the vertices.
-
-    Raises
-    ------
-    pymeshlab.PyMeshLabException
-        No mesh, an unknown parameter, or a value of the wrong type or out of bounds.
-    InvalidSurface, InvalidParameter, MeshSetError, NotConverged, TooLarge
-        See :func:`meshlab_specsmooth.smooth`.
-
-    Examples
-    --------
-    >>> import pymeshlab
-    >>> import meshlab_specsmooth as mss
-    >>> ms = pymeshlab.MeshSet()
-    >>> ms.create_sphere()
-    >>> report = mss.apply_coord_spectral_smoothing(ms, wavelength=pymeshlab.PercentageValue(10))
-    >>> report["method"], report["residual"] < 1e-7
-    ('exact', True)
-    """
-    return _smooth_in_place(ms, "apply_coord_spectral_smoothing", Prepared.smooth, parameters)
+#: Our filters by Python name.
+FILTERS: dict[str, Filter] = {}
 
 
-def apply_coord_spectral_low_pass(ms: pymeshlab.MeshSet, **parameters: Any) -> dict[str, Any]:
-    """Spectral Low-Pass: V' = h(L) V, in place on the current mesh of a MeshSet.
+def _documentation(descriptor: Descriptor, own: str) -> str:
+    """A docstring: help and parameters from the descriptor, the rest from the function's own."""
+    lines = [f"{descriptor.name}, in place on the current mesh of a MeshSet.", ""]
+    lines += [*textwrap.wrap(descriptor.help, 116), "", "Parameters", "----------", "ms : pymeshlab.MeshSet"]
+    for parameter in descriptor.parameters:
+        lines.append(f"{parameter.name} : {parameter.kind}, default {parameter.shown_default}")
+        lines += textwrap.wrap(parameter.help, 112, initial_indent="    ", subsequent_indent="    ")
+    lines += ["progress : callable, optional", "    Called with the fraction done, rising to 1.", ""]
+    lines += own.splitlines()
+    lines += [
+        "",
+        "Raises",
+        "------",
+        "pymeshlab.PyMeshLabException",
+        "    No mesh, no faces, an unknown parameter, or a value of the wrong type or out of bounds.",
+        "SpecsmoothError",
+        "    What :func:`meshlab_specsmooth.smooth` raises; the MeshSet is as before.",
+    ]
+    return "\n".join(lines)
 
-    Parameters, returns and errors as for :func:`apply_coord_spectral_smoothing`, by
-    ``filters_xml/apply_coord_spectral_low_pass.xml``.
 
-    Examples
-    --------
-    >>> import pymeshlab
-    >>> import meshlab_specsmooth as mss
-    >>> ms = pymeshlab.MeshSet()
-    >>> ms.create_sphere()
-    >>> mss.apply_coord_spectral_low_pass(ms, modes=4)["modes"]
-    4
-    """
-    return _smooth_in_place(ms, "apply_coord_spectral_low_pass", Prepared.low_pass, parameters)
+def mesh_filter(implementation: Implementation) -> Filter:
+    """Make a filter of a function of the MeshSet, the values of all parameters by name, and a progress callback."""
+    descriptor = descriptors.load(implementation.__name__)
 
+    def call(ms: pymeshlab.MeshSet, **parameters: Any) -> dict[str, Any]:
+        progress = parameters.pop("progress", None)
+        values = resolve(descriptor, parameters, ms)
+        if ms.current_mesh().face_number() == 0:
+            # the quotation mark is pymeshlab's
+            raise PyMeshLabException(
+                f"Failed to apply filter:  '{descriptor.function}. Current mesh does not have Any Faces."
+            )
+        if values.get("features") in ("vertex_selection", "face_selection") and "selected" not in parameters:
+            values["selected"] = False
+        output = implementation(ms, dict(values), progress)
+        scripts.record(ms, descriptor, values)
+        return output
 
-#: Our filters by name; each has a descriptor of that name in ``filters_xml/``.
-FILTERS: dict[str, Callable[..., dict[str, Any]]] = {
-    f.__name__: f for f in (apply_coord_spectral_smoothing, apply_coord_spectral_low_pass)
-}
+    call.__name__ = call.__qualname__ = implementation.__name__
+    call.__module__ = implementation.__module__
+    call.__doc__ = _documentation(descriptor, inspect.getdoc(implementation) or "")
+    FILTERS[call.__name__] = call
+    return call
 
 
 def apply(ms: pymeshlab.MeshSet, name: str, **parameters: Any) -> dict[str, Any]:
@@ -108,76 +98,168 @@ def apply(ms: pymeshlab.MeshSet, name: str, **parameters: Any) -> dict[str, Any]
     return dict(ms.apply_filter(name, **parameters))
 
 
-def _smooth_in_place(
-    ms: pymeshlab.MeshSet, name: str, method: Callable[..., SmoothingResult], parameters: dict[str, Any]
+@mesh_filter
+def apply_coord_spectral_smoothing(
+    ms: pymeshlab.MeshSet, values: dict[str, Any], progress: Progress | None
 ) -> dict[str, Any]:
-    """Pull, smooth, push; the evidence as a dict."""
-    progress = parameters.pop("progress", None)
-    if ms.mesh_number() == 0:
-        raise PyMeshLabException(f"{name} requires at least one mesh loaded in the MeshSet.")
-    values = resolve(descriptors.load(name), parameters, ms)
-    prepared = prepare(*pull(ms), laplacian=values.pop("laplacian"))
-    for size in ("modes", "wavelength"):
-        values[size] = values[size] or None
-    result = method(prepared, **values, progress=progress)
+    """
+    Returns
+    -------
+    dict
+        The evidence: all fields of :class:`meshlab_specsmooth.SmoothingResult` but the vertices.
+
+    Examples
+    --------
+    >>> import pymeshlab
+    >>> import meshlab_specsmooth as mss
+    >>> ms = pymeshlab.MeshSet()
+    >>> ms.create_sphere()
+    >>> report = mss.apply_coord_spectral_smoothing(ms, wavelength=pymeshlab.PercentageValue(10))
+    >>> report["method"], report["residual"] < 1e-7
+    ('exact', True)
+    """  # noqa: D205 (what it does stands in the descriptor)
+    return _move(ms, Prepared.smooth, values, progress)
+
+
+@mesh_filter
+def apply_coord_spectral_low_pass(
+    ms: pymeshlab.MeshSet, values: dict[str, Any], progress: Progress | None
+) -> dict[str, Any]:
+    """
+    Returns
+    -------
+    dict
+        The evidence, as of :func:`apply_coord_spectral_smoothing`.
+
+    Examples
+    --------
+    >>> import pymeshlab
+    >>> import meshlab_specsmooth as mss
+    >>> ms = pymeshlab.MeshSet()
+    >>> ms.create_sphere()
+    >>> mss.apply_coord_spectral_low_pass(ms, modes=4)["modes"]
+    4
+    """  # noqa: D205 (what it does stands in the descriptor)
+    return _move(ms, Prepared.low_pass, values, progress)
+
+
+@mesh_filter
+def apply_coord_spectral_enhancement(
+    ms: pymeshlab.MeshSet, values: dict[str, Any], progress: Progress | None
+) -> dict[str, Any]:
+    """
+    Returns
+    -------
+    dict
+        The evidence, as of :func:`apply_coord_spectral_smoothing`.
+
+    Examples
+    --------
+    >>> import pymeshlab
+    >>> import meshlab_specsmooth as mss
+    >>> ms = pymeshlab.MeshSet()
+    >>> ms.create_sphere()
+    >>> mss.apply_coord_spectral_enhancement(ms, gain=1.5)["displacement"] > 0
+    True
+    """  # noqa: D205 (what it does stands in the descriptor)
+    return _move(ms, Prepared.enhance, values, progress)
+
+
+@mesh_filter
+def compute_scalar_by_spectral_displacement(
+    ms: pymeshlab.MeshSet, values: dict[str, Any], progress: Progress | None
+) -> dict[str, Any]:
+    """
+    Returns
+    -------
+    dict
+        ``rms``, ``min`` and ``max`` of the displacement along the normals, in mesh units.
+
+    Examples
+    --------
+    >>> import pymeshlab
+    >>> import meshlab_specsmooth as mss
+    >>> ms = pymeshlab.MeshSet()
+    >>> ms.create_sphere()
+    >>> report = mss.compute_scalar_by_spectral_displacement(ms)
+    >>> bool(ms.current_mesh().vertex_scalar_array().max() == report["max"])
+    True
+    """  # noqa: D205 (what it does stands in the descriptor)
+    vertices, faces = pull(ms)
+    result = _smoother(ms, Prepared.smooth, values)(progress)
+    normals = vertex_normals(Surface(result.vertices, faces))
+    written = push_quality(ms, ((result.vertices - vertices) * normals).sum(axis=1))
+    return {"rms": float(np.sqrt((written**2).mean())), "min": float(written.min()), "max": float(written.max())}
+
+
+@mesh_filter
+def get_spectrum(ms: pymeshlab.MeshSet, values: dict[str, Any], progress: Progress | None) -> dict[str, Any]:
+    """
+    Returns
+    -------
+    dict
+        All fields of :class:`meshlab_specsmooth.Spectrum`: arrays with an entry a band, and the noise floor.
+
+    Examples
+    --------
+    >>> import pymeshlab
+    >>> import meshlab_specsmooth as mss
+    >>> ms = pymeshlab.MeshSet()
+    >>> ms.create_sphere()
+    >>> spectrum = mss.get_spectrum(ms)
+    >>> len(spectrum["eigenvalue"]) == ms.current_mesh().vertex_number()
+    True
+    """  # noqa: D205 (what it does stands in the descriptor)
+    return dict(vars(spectrum(*pull(ms), **values)))
+
+
+def _move(
+    ms: pymeshlab.MeshSet, method: Callable[..., SmoothingResult], values: dict[str, Any], progress: Progress | None
+) -> dict[str, Any]:
+    """Pull, compute, push; the evidence as a dict."""
+    result = _smoother(ms, method, values)(progress)
     push(ms, result.vertices)
     evidence = dict(vars(result))
     del evidence["vertices"]
     return evidence
 
 
-def resolve(descriptor: Descriptor, given: dict[str, Any], ms: pymeshlab.MeshSet) -> dict[str, Any]:
-    """Values of all parameters: what was given, checked, and defaults for the rest; lengths in mesh units.
-
-    Raises
-    ------
-    pymeshlab.PyMeshLabException
-        In the words of pymeshlab's own filters.
-    """
-    known = {parameter.name: parameter for parameter in descriptor.parameters}
-    for name in given:
-        if name not in known:
-            raise PyMeshLabException(
-                f"Parameter {name} not found for filter {descriptor.function}. Please check the documentation."
-            )
-    return {name: _value(known[name], given.get(name, known[name].default), ms) for name in known}
-
-
-def _value(parameter: Parameter, given: Any, ms: pymeshlab.MeshSet) -> Any:
-    if parameter.type == "enum":
-        if given not in parameter.values:
-            possible = "".join(f"'{value}'; " for value in parameter.values)
-            raise PyMeshLabException(f"Enum '{given}' not found. Possible values are {possible}")
-        return given
-    if parameter.type == "length":
-        given = _in_mesh_units(given, ms)
-    if not _has_type(given, parameter.type):
-        raise PyMeshLabException(
-            f"Parameter {parameter.name}: {type(given).__name__} value {given!r} where {parameter.type} is expected."
-        )
-    if parameter.type != "bool" and not (math.isfinite(given) and parameter.minimum <= given <= parameter.maximum):
-        raise PyMeshLabException(
-            f"Parameter {parameter.name}: {parameter.type} value {given} out of bounds "
-            f"(min: {parameter.minimum:g}; max: {parameter.maximum:g})."
-        )
-    return given
+def _smoother(
+    ms: pymeshlab.MeshSet, method: Callable[..., SmoothingResult], values: dict[str, Any]
+) -> Callable[[Progress | None], SmoothingResult]:
+    """A method of :class:`Prepared` with a filter's values turned into its arguments."""
+    vertices, faces = pull(ms)
+    if values.pop("selected", False):
+        values["mask"] = _selected(ms, "vertex_selection") | _selected(ms, "face_selection")
+    if "features" in values:
+        values["features"] = _features(ms, values["features"])
+    for length in ("modes", "wavelength", "longest", "shortest"):
+        if values.get(length) == 0:  # zero stands for "not given", as a filter's parameters all have a value
+            del values[length]
+    prepared = prepare(vertices, faces, laplacian=values.pop("laplacian"))
+    return lambda progress: method(prepared, **values, progress=progress)
 
 
-def _in_mesh_units(given: Any, ms: pymeshlab.MeshSet) -> Any:
-    """A length given as a share of the bounding-box diagonal, or as a plain value, in mesh units."""
-    diagonal = ms.current_mesh().bounding_box().diagonal()
-    if isinstance(given, Length):
-        return given.share * diagonal
-    if isinstance(given, pymeshlab.PercentageValue):
-        return given.value() / 100 * diagonal
-    if isinstance(given, pymeshlab.PureValue):
-        return given.value()
-    return given
+def _selected(ms: pymeshlab.MeshSet, what: str) -> npt.NDArray[np.bool_]:
+    """Vertices that are selected, or belong to a selected face."""
+    mesh = ms.current_mesh()
+    if what == "vertex_selection":
+        return np.asarray(mesh.vertex_selection_array(), dtype=np.bool_)
+    mask = np.zeros(mesh.vertex_number(), dtype=np.bool_)
+    mask[mesh.face_matrix()[np.asarray(mesh.face_selection_array(), dtype=np.bool_)]] = True
+    return mask
 
 
-def _has_type(value: Any, kind: str) -> bool:
-    if isinstance(value, bool | np.bool_):
-        return kind == "bool"
-    if isinstance(value, int | np.integer):
-        return kind in ("int", "float", "length")
-    return isinstance(value, float | np.floating) and kind in ("float", "length")
+def _features(ms: pymeshlab.MeshSet, source: str) -> Floats | None:
+    """Feature weights of the vertices."""
+    if source == "none":
+        return None
+    if source == "vertex_quality":
+        mesh = ms.current_mesh()
+        if not mesh.has_vertex_scalar():
+            raise InvalidParameter("features is 'vertex_quality', but the current mesh has no vertex quality")
+        return np.asarray(mesh.vertex_scalar_array(), dtype=np.float64)
+    return _selected(ms, source).astype(np.float64)
+
+
+__all__ = [*FILTERS]

@@ -17,6 +17,9 @@ import pymeshlab
 from meshlab_specsmooth.errors import MeshSetError
 from meshlab_specsmooth.surface import Floats
 
+# pymeshlab's own, whatever is registered later
+_NATIVE_LOAD = pymeshlab.MeshSet.load_filter_script
+
 # One morphing pass is exact for small moves and two for wild ones, where v + (t - v) rounds; a third never was needed.
 MOST_MORPHING_PASSES = 3
 
@@ -39,7 +42,8 @@ def push(ms: pymeshlab.MeshSet, vertices: Floats) -> None:
 
     The mesh is morphed onto a temporary one, as only filters change a mesh inside a MeshSet. Everything that hangs on
     the mesh stays, and so do the current mesh, the other meshes, the filter script and the verbosity. Normals and
-    bounding box follow, as after MeshLab's own filters.
+    bounding box follow, as after MeshLab's own filters. The temporary mesh uses up one id, so the next mesh that is
+    added gets the one after it.
 
     Parameters
     ----------
@@ -57,7 +61,7 @@ def push(ms: pymeshlab.MeshSet, vertices: Floats) -> None:
     before = mesh.vertex_matrix()
     if vertices.shape != before.shape:
         raise MeshSetError(f"{len(vertices)} coordinates for a mesh of {len(before)} vertices")
-    with _leaving_no_trace(ms):
+    with leaving_no_trace(ms):
         try:
             exact = _morph(ms, vertices)
         except BaseException:
@@ -66,6 +70,43 @@ def push(ms: pymeshlab.MeshSet, vertices: Floats) -> None:
         if not exact:
             _morph(ms, before)
             raise MeshSetError(f"the mesh did not take its new coordinates in {MOST_MORPHING_PASSES} morphing passes")
+
+
+def push_quality(ms: pymeshlab.MeshSet, quality: Floats) -> Floats:
+    """Give the vertices of the current mesh a quality; nothing else changes, as with :func:`push`.
+
+    It is taken over from a temporary point cloud, by place: vertices at one place get the mean of theirs.
+
+    Parameters
+    ----------
+    ms : pymeshlab.MeshSet
+    quality : (n,) float64
+
+    Returns
+    -------
+    (n,) float64
+        What was written, to the bit.
+
+    Raises
+    ------
+    MeshSetError
+        The mesh did not take the values.
+    """
+    mesh, target = ms.current_mesh(), ms.current_mesh_id()
+    places, at, count = np.unique(mesh.vertex_matrix(), axis=0, return_inverse=True, return_counts=True)
+    mean = np.bincount(at.ravel(), weights=quality, minlength=len(places)) / count
+    expected = np.asarray(mean[at.ravel()])
+    with leaving_no_trace(ms):
+        source = _add(ms, pymeshlab.Mesh(places, v_scalar_array=mean))
+        try:
+            ms.transfer_attributes_per_vertex(
+                sourcemesh=source, targetmesh=target, vertexsampling=True, colortransfer=False, qualitytransfer=True
+            )
+        finally:
+            _delete(ms, source)
+    if not np.array_equal(mesh.vertex_scalar_array(), expected):
+        raise MeshSetError("the mesh did not take its new vertex quality")
+    return expected
 
 
 def _morph(ms: pymeshlab.MeshSet, vertices: Floats) -> bool:
@@ -95,42 +136,44 @@ def _delete(ms: pymeshlab.MeshSet, temporary: int) -> None:
 
 
 @contextlib.contextmanager
-def _leaving_no_trace(ms: pymeshlab.MeshSet) -> Iterator[None]:
+def leaving_no_trace(ms: pymeshlab.MeshSet) -> Iterator[None]:
     """Filters called inside are neither printed nor kept in the filter script.
 
     pymeshlab records every filter and offers no way to drop the last one, so the script is saved, and loaded again
-    afterwards. (Its files hold six digits of a number.)
+    afterwards. Its files hold six digits of a number, and so does the script from then on: what was recorded with more
+    digits before is replayed with six.
     """
     with tempfile.TemporaryDirectory(prefix="specsmooth-") as folder:
         script = Path(folder) / "before.mlx"
         ms.save_filter_script(str(script))
-        verbose = _is_verbose(ms)
-        ms.set_verbosity(False)
+        verbose = False
         try:
+            verbose = _is_verbose(ms)
+            ms.set_verbosity(False)
             yield
         finally:
             ms.clear_filter_script()
             if b"<filter " in script.read_bytes():
-                with _native_output_dropped():  # pymeshlab prints what it reads, verbose or not
-                    ms.load_filter_script(str(script))
+                with native_output_dropped():  # pymeshlab prints what it reads, verbose or not
+                    _NATIVE_LOAD(ms, str(script))
             ms.set_verbosity(verbose)
 
 
 def _is_verbose(ms: pymeshlab.MeshSet) -> bool:
-    """Whether the MeshSet prints what it does; pymeshlab cannot be asked, so a filter is run where nobody sees it."""
-    point = _add(ms, pymeshlab.Mesh(np.zeros((1, 3))))
+    """Whether the MeshSet prints what it does; it cannot be asked, so a filter that does nothing is run unseen."""
     printed = io.StringIO()
-    with _native_output_dropped(), contextlib.redirect_stdout(printed):
-        _delete(ms, point)
+    with native_output_dropped(), contextlib.redirect_stdout(printed):
+        ms.set_selection_none(allfaces=False, allverts=False)
     return bool(printed.getvalue())
 
 
 @contextlib.contextmanager
-def _native_output_dropped() -> Iterator[None]:
+def native_output_dropped() -> Iterator[None]:
     """Send what C++ writes to standard output and error nowhere; used for the milliseconds of one call."""
-    sys.stdout.flush()
-    sys.stderr.flush()
-    kept = {number: os.dup(number) for number in (1, 2)}
+    for stream in (sys.stdout, sys.stderr):
+        if stream is not None:
+            stream.flush()
+    kept = {number: os.dup(number) for number in (1, 2) if _is_open(number)}
     nowhere = os.open(os.devnull, os.O_WRONLY)
     try:
         for number in kept:
@@ -141,3 +184,11 @@ def _native_output_dropped() -> Iterator[None]:
             os.dup2(copy, number)
             os.close(copy)
         os.close(nowhere)
+
+
+def _is_open(number: int) -> bool:
+    try:
+        os.fstat(number)
+    except OSError:
+        return False
+    return True

@@ -6,7 +6,7 @@ import argparse
 import sys
 from collections.abc import Sequence
 
-from meshlab_specsmooth.bridge.filters import PyMeshLabException
+from meshlab_specsmooth.bridge.parameters import PyMeshLabException
 from meshlab_specsmooth.cli import demo, smooth
 from meshlab_specsmooth.errors import InvalidParameter, SpecsmoothError
 from meshlab_specsmooth.version import VERSION

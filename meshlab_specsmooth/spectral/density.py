@@ -43,7 +43,7 @@ def cutoff_of_modes(S: csr_array, modes: int) -> tuple[float, float]:
     # sqrt(2 count / probes).
     top = min(1.9, max(_LEAST_RANGE, 2 * guess))
     probes = int(np.clip(2 / (_WANTED_ERROR**2 * n * top / WEYL), 4, 24))
-    moments = _moments(S, probes, _DEGREE)
+    moments = _moments(S, random_signs(n, probes), _DEGREE) / (n * probes)
     if guess > _LEAST_RANGE:  # well inside the spectrum the integrated density itself is accurate
         grid = np.linspace(0, 2, 4001)
         below = n * _integrated_density(moments, grid)
@@ -61,19 +61,42 @@ def cutoff_of_modes(S: csr_array, modes: int) -> tuple[float, float]:
     return float(np.clip(eigenvalue, guess / 100, 2.0)), float(error)
 
 
+def random_signs(n: int, count: int) -> Floats:
+    """(n, count) seeded vectors of +1 and -1: their mean energy in a band is the number of modes in it."""
+    return np.random.default_rng(SEED).choice([-1.0, 1.0], size=(n, count))
+
+
+def band_energies(S: csr_array, X: Floats, angles: Floats) -> Floats:
+    """Energy of X in each band of the spectrum, summed over its columns.
+
+    Parameters
+    ----------
+    S : (n, n) csr_array
+    X : (n, k) float64
+    angles : (b + 1,) float64
+        Ends of the bands as arccos(1 - eigenvalue), rising in [0, pi].
+
+    Returns
+    -------
+    (b,) float64
+    """
+    moments = _moments(S, X, 2 * len(angles))
+    below = _integrated_density(moments / moments[0], 1 - np.cos(angles)) if moments[0] > 0 else np.zeros(len(angles))
+    return np.asarray(moments[0] * np.diff(below))
+
+
+PROBES = 8
 _WANTED_ERROR = 0.02
 _DEGREE = 48  # products with S; gives twice as many moments, a resolution of pi / 96 in arccos(1 - lambda)
 
 
-def _moments(S: csr_array, probes: int, degree: int) -> Floats:
-    """(2 degree + 1,) estimates of trace(T_k(S - I)) / n from seeded random signs."""
-    n = S.shape[0]
-    X = np.random.default_rng(SEED).choice([-1.0, 1.0], size=(n, probes))
+def _moments(S: csr_array, X: Floats, degree: int) -> Floats:
+    """(2 degree + 1,) moments: the sum over the columns x of X of x^T T_k(S - I) x."""
     twice = doubled_and_shifted(S)
     before, now = X, 0.5 * (twice @ X)
     moments = np.empty(2 * degree + 1)
     first = np.vdot(X, now)
-    moments[0], moments[1] = n * probes, first
+    moments[0], moments[1] = np.vdot(X, X), first
     for k in range(1, degree + 1):
         # 2 T_k T_k = T_2k + T_0 and 2 T_k T_k-1 = T_2k-1 + T_1: two moments a product
         moments[2 * k - 1] = 2 * np.vdot(now, before) - first
@@ -81,7 +104,7 @@ def _moments(S: csr_array, probes: int, degree: int) -> Floats:
         following = twice @ now
         following -= before
         before, now = now, following
-    return np.asarray(moments / (n * probes))
+    return moments
 
 
 def _integrated_density(moments: Floats, eigenvalues: Floats) -> Floats:
