@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from scipy.sparse import coo_array, csr_array, diags_array
 
-from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.spectral import SpectralFilter
 from meshlab_specsmooth.spectral.progress import Progress
 from meshlab_specsmooth.surface import Floats, Integers, Surface
@@ -65,14 +64,8 @@ def laplacian(surface: Surface, ends: Integers, kind: str = "uniform") -> Laplac
         Weight of an edge: 1 (the paper, eq. 1), or the sum of the cotangents of the angles that face it (Pinkall and
         Polthier 1993), with angles clamped so that all weights stay positive.
 
-    Raises
-    ------
-    InvalidParameter
-        An unknown ``kind``.
     """
-    if kind not in _WEIGHTS:
-        raise InvalidParameter(f"laplacian is {kind!r}; it must be one of {', '.join(map(repr, _WEIGHTS))}")
-    return graph_laplacian(len(surface.vertices), ends, _WEIGHTS[kind](surface, ends.astype(np.int64)))
+    return graph_laplacian(len(surface.vertices), ends, LAPLACIANS[kind](surface, ends.astype(np.int64)))
 
 
 def graph_laplacian(n: int, ends: Integers, weight: Floats) -> Laplacian:
@@ -111,7 +104,8 @@ def _cotangent_weights(surface: Surface, ends: Any) -> Floats:
     return np.maximum(weight, _LEAST_WEIGHT)
 
 
-_WEIGHTS: dict[str, Callable[[Surface, Any], Floats]] = {
+#: Kinds of Laplacian: how an edge is weighted.
+LAPLACIANS: dict[str, Callable[[Surface, Any], Floats]] = {
     "uniform": _uniform_weights,
     "cotangent": _cotangent_weights,
 }

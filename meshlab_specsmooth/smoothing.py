@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -12,7 +12,7 @@ from scipy.sparse import csr_array
 
 from meshlab_specsmooth.descriptors import ENHANCEMENT_DEFAULTS, SMOOTHING_DEFAULTS
 from meshlab_specsmooth.errors import InvalidParameter
-from meshlab_specsmooth.operators import Laplacian, barycenters
+from meshlab_specsmooth.operators import LAPLACIANS, Laplacian, barycenters
 from meshlab_specsmooth.operators import laplacian as build_laplacian
 from meshlab_specsmooth.reconstruction import Constraints, Solution, solve
 from meshlab_specsmooth.region import BOUNDARIES, Rim, blend, rim, weights
@@ -22,12 +22,12 @@ from meshlab_specsmooth.spectral.design import Design, design, design_band
 from meshlab_specsmooth.spectral.progress import Progress, part
 from meshlab_specsmooth.surface import Floats, Integers, Surface, edges, mean_length
 
-# The default cut-off, until the mesh's own spectrum sets it: waves of 20 edges are shape on any mesh that resolves its
-# shape at all, waves of a few edges are where noise is.
+# The default cut-off: waves of 20 edges are shape on any mesh that resolves its shape at all, waves of a few edges are
+# where noise is.
 DEFAULT_WAVELENGTH_IN_EDGES = 20.0
 
-# Error of the polynomial relative to what it is applied to. Differential coordinates are of the size of the
-# displacement; positions are up to a thousand times larger, so their low-pass needs three digits more.
+# Error of the polynomial relative to what it is applied to, at weight 1. Differential coordinates are of the size of
+# the displacement; positions are up to a thousand times larger, so their low-pass needs three digits more.
 DIFFERENTIAL_TOLERANCE = 5e-4
 POSITION_TOLERANCE = 1e-7
 
@@ -85,6 +85,7 @@ class SmoothingResult:
     displacement : float
         Root mean square distance between input and result, in mesh units.
     seconds : float
+        Wall time of the call; of a method of :class:`Prepared`, without preparation.
     """
 
     vertices: Floats
@@ -161,16 +162,13 @@ class Prepared:
             raise InvalidParameter(f"feature_gain is {feature_gain}; it must be finite and not negative")
         kept = 0.0 if features is None else feature_gain * self._weights("features", features)
         region = self._region(boundary, mask, 1.0 - kept)
-        low_pass = self._design(modes, wavelength, response, method, DIFFERENTIAL_TOLERANCE)
+        tolerance = _differential_tolerance(barycenter_weight)
+        low_pass = self._design(modes, wavelength, response, method, tolerance)
+        longest = wavelength_in_edges(low_pass.cutoff.eigenvalue)
         along = self._along_rim(
             boundary,
             lambda S, scale: design(
-                S,
-                scale * wavelength_in_edges(low_pass.cutoff.eigenvalue),
-                by="wavelength",
-                name=response,
-                method=method,
-                tolerance=DIFFERENTIAL_TOLERANCE,
+                S, scale * longest, by="wavelength", name=response, method=method, tolerance=tolerance
             ),
         )
 
@@ -210,7 +208,7 @@ class Prepared:
                 scale * shortest_,
                 name=response,
                 method=method,
-                tolerance=DIFFERENTIAL_TOLERANCE,
+                tolerance=_differential_tolerance(barycenter_weight),
             )
 
         def added(L: Laplacian, filter_: SpectralFilter, delta: Floats, report: Progress | None) -> Floats:
@@ -249,10 +247,6 @@ class Prepared:
         progress: Progress | None,
     ) -> SmoothingResult:
         """The three steps, on the boundary curve first if it is smoothed by itself."""
-        if not 0 < weight < np.inf:
-            raise InvalidParameter(
-                f"barycenter_weight is {weight}; it must be positive and finite (for the limit 0, low_pass)"
-            )
         passes = _whole("passes", passes)
         V = self.positions
         solutions = []
@@ -392,6 +386,8 @@ def prepare(vertices: npt.ArrayLike, faces: npt.ArrayLike, *, laplacian: str = _
     moving = np.flatnonzero(has_edge).astype(np.int32)
     number = (np.cumsum(has_edge) - 1).astype(np.int32)  # of each moving vertex among them
     positions, exponent = _normalised(surface.vertices[moving])
+    if laplacian not in LAPLACIANS:
+        raise InvalidParameter(f"laplacian is {laplacian!r}; it must be one of {', '.join(map(repr, LAPLACIANS))}")
     if len(moving) == 0:
         nothing = csr_array((0, 0))
         L = Laplacian(nothing, np.empty((0, 1)))
@@ -497,7 +493,8 @@ def smooth(
     >>> result.method, result.modes, np.allclose(result.vertices, octahedron)
     ('exact', 4, True)
     """
-    return prepare(vertices, faces, laplacian=laplacian).smooth(
+    start = time.perf_counter()
+    result = prepare(vertices, faces, laplacian=laplacian).smooth(
         modes=modes,
         wavelength=wavelength,
         response=response,
@@ -510,6 +507,7 @@ def smooth(
         feature_gain=feature_gain,
         progress=progress,
     )
+    return replace(result, seconds=time.perf_counter() - start)
 
 
 def low_pass(
@@ -541,9 +539,11 @@ def low_pass(
            [1., 1., 0.],
            [1., 1., 0.]])
     """
-    return prepare(vertices, faces, laplacian=laplacian).low_pass(
+    start = time.perf_counter()
+    result = prepare(vertices, faces, laplacian=laplacian).low_pass(
         modes=modes, wavelength=wavelength, response=response, method=method, mask=mask, progress=progress
     )
+    return replace(result, seconds=time.perf_counter() - start)
 
 
 def enhance(
@@ -586,7 +586,8 @@ def enhance(
     >>> np.allclose(mss.enhance(octahedron, faces, gain=1).vertices, octahedron)
     True
     """
-    return prepare(vertices, faces, laplacian=laplacian).enhance(
+    start = time.perf_counter()
+    result = prepare(vertices, faces, laplacian=laplacian).enhance(
         longest=longest,
         shortest=shortest,
         gain=gain,
@@ -598,6 +599,16 @@ def enhance(
         features=features,
         progress=progress,
     )
+    return replace(result, seconds=time.perf_counter() - start)
+
+
+def _differential_tolerance(weight: float) -> float:
+    """Error allowed to the polynomial: low frequencies, which a small weight sets free, magnify it."""
+    if not 0 < weight < np.inf:
+        raise InvalidParameter(
+            f"barycenter_weight is {weight}; it must be positive and finite (for the limit 0, low_pass)"
+        )
+    return float(DIFFERENTIAL_TOLERANCE * min(1.0, np.sqrt(weight)))
 
 
 def _whole(name: str, value: int) -> int:

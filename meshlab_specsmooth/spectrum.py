@@ -21,6 +21,8 @@ _LAPLACIAN = _DEFAULTS.text("laplacian")
 # but noise on a mesh that resolves its shape
 NOISE_BEGINS = 1.2
 
+_LEAKS_FROM = 0.1
+
 
 @dataclass(frozen=True, eq=False)
 class Spectrum:
@@ -104,6 +106,8 @@ def spectrum(
         counted = density.band_energies(S, density.random_signs(n, density.PROBES), angles)
         modes = counted / density.PROBES
         powers = [np.maximum(density.band_energies(S, Z, angles), 0.0) for Z in (X, Y)]
+        # shape is so much stronger than detail that a trace of it leaks everywhere; not where it was differentiated
+        powers[0] = np.where(eigenvalue < _LEAKS_FROM, powers[0], powers[1] / eigenvalue**2)
     unit = np.ldexp(1.0, prepared.exponent)
     edge = prepared.mean_edge * unit
     with np.errstate(divide="ignore"):

@@ -7,8 +7,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from meshlab_specsmooth.errors import InvalidSurface
 
@@ -146,14 +144,6 @@ def boundary_vertices(surface: Surface) -> Booleans:
     mask = np.zeros(len(surface.vertices), dtype=np.bool_)
     mask[ends[face_count == 1].ravel()] = True
     return mask
-
-
-def components(surface: Surface) -> Integers:
-    """(n,) label of the connected component of each vertex, from 0; an unreferenced vertex is one by itself."""
-    ends, _ = edges(surface)
-    n = len(surface.vertices)
-    graph = coo_array((np.ones(len(ends), dtype=np.int8), (ends[:, 0], ends[:, 1])), shape=(n, n))
-    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int32)
 
 
 def face_vectors(surface: Surface) -> Floats:

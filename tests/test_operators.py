@@ -81,11 +81,6 @@ def test_cotangent_weights_see_through_a_stretched_grid_where_uniform_ones_do_no
     assert drift["cotangent"] < 1e-12 < 0.01 < drift["uniform"]
 
 
-def test_an_unknown_kind_is_refused_by_name():
-    with pytest.raises(mss.InvalidParameter, match="'belkin'; it must be one of 'uniform', 'cotangent'"):
-        build(TRIANGLE, "belkin")
-
-
 def test_barycentres_are_the_means_of_the_corners():
     V, F = rough(torus(8, 6))
     C = barycenters(mss.Surface(V, F))

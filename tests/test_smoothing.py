@@ -266,6 +266,51 @@ def test_noise_goes_and_the_volume_stays():
     assert after == pytest.approx(before, rel=1e-3)
 
 
+def test_modes_of_equal_eigenvalue_stay_together():
+    """A regular torus has pairs of waves; half a pair would depend on how the vertices are numbered."""
+    V, F = CLOSED
+    for modes in (12, 13):
+        result = mss.smooth(V, F, modes=modes)
+        assert (result.modes, result.modes_error) == (13, 0)
+    order = np.random.default_rng(4).permutation(len(V))
+    mixed = mss.low_pass(V[order], np.argsort(order)[F], modes=12).vertices
+    assert mixed == pytest.approx(mss.low_pass(V, F, modes=12).vertices[order], abs=1e-9)
+
+
+@BOTH_METHODS
+def test_no_component_loses_its_place_however_few_modes_are_kept(method):
+    islands = together(*((V + 10.0 * i, F) for i, (V, F) in enumerate([rough(sheet(5, 4), seed=i) for i in range(12)])))
+    result = mss.low_pass(*islands, modes=10, method=method)
+    assert result.modes == 12
+    degree = np.zeros(len(islands[0]))
+    ends = np.unique(
+        np.sort(np.concatenate([islands[1][:, [0, 1]], islands[1][:, [1, 2]], islands[1][:, [2, 0]]])), axis=0
+    )
+    np.add.at(degree, ends.ravel(), 1)
+    for i in range(12):
+        part = slice(20 * i, 20 * i + 20)
+        centre = [np.average(W[part], axis=0, weights=degree[part]) for W in (islands[0], result.vertices)]
+        assert centre[1] == pytest.approx(centre[0], abs=1e-4)
+
+
+@BOTH_METHODS
+def test_a_mesh_of_many_components_is_solved_in_full_and_twice_the_same(method):
+    mesh = together(rough(torus(60, 40)), *((TETRAHEDRON[0] + 10.0 * i, TETRAHEDRON[1]) for i in range(1, 201)))
+    first, second = (mss.smooth(*mesh, modes=230, method=method) for _ in range(2))
+    assert np.array_equal(first.vertices, second.vertices)
+    assert mss.low_pass(*mesh, modes=50, method=method).modes == 201
+
+
+@pytest.mark.parametrize("wavelength", [1e-300, 1e-9, 1e9, 1e300])
+def test_waves_of_any_length_may_be_asked_for(wavelength):
+    V, F = OPEN
+    result = mss.smooth(V, F, wavelength=wavelength, boundary="free")
+    extreme = mss.smooth(V, F, modes=len(V) if wavelength < 1 else 1, boundary="free")
+    assert result.vertices == pytest.approx(extreme.vertices, abs=1e-6)
+    centre = mss.low_pass(V, F, wavelength=1e9, response="heat", method="exact").vertices
+    assert centre.std(axis=0) == pytest.approx(0, abs=1e-9)
+
+
 def test_passes_repeat_the_filter():
     V, F = OPEN
     once = mss.smooth(V, F, modes=10, passes=1)
@@ -287,12 +332,12 @@ def test_preparing_once_gives_what_smoothing_each_time_does():
 
 def test_the_evidence_is_true():
     V, F = CLOSED
-    result = mss.smooth(V, F, modes=12, method="chebyshev", response="butterworth", barycenter_weight=0.5, passes=2)
+    result = mss.smooth(V, F, modes=13, method="chebyshev", response="butterworth", barycenter_weight=0.5, passes=2)
     edge = np.linalg.norm(V[F] - V[F[:, [1, 2, 0]]], axis=2).mean()  # every edge of a closed mesh twice
     assert result.mean_edge == pytest.approx(edge)
     assert result.displacement == pytest.approx(np.sqrt(((result.vertices - V) ** 2).sum(axis=1).mean()))
     assert result.wavelength == pytest.approx(np.pi / np.sqrt(result.cutoff) * edge)
-    assert (result.modes, result.modes_error, result.passes, result.laplacian) == (12, 0, 2, "uniform")
+    assert (result.modes, result.modes_error, result.passes, result.laplacian) == (13, 0, 2, "uniform")
     assert (result.method, result.barycenter_weight) == ("chebyshev", 0.5)
     assert result.response == response("butterworth", result.cutoff).label
     assert result.degree > 10
@@ -331,7 +376,7 @@ def test_the_defaults_are_those_of_the_descriptor():
         ({"barycenter_weight": np.nan}, "positive and finite"),
         ({"passes": 0}, "passes is 0"),
         ({"response": "box"}, "response is 'box'"),
-        ({"laplacian": "graph"}, "laplacian is 'graph'"),
+        ({"laplacian": "graph"}, "laplacian is 'graph'; it must be one of 'uniform', 'cotangent'"),
         ({"method": "qr"}, "method is 'qr'"),
         ({"boundary": "open"}, "boundary is 'open'; it must be one of 'free', 'fixed', 'curve'"),
         ({"mask": np.ones(5)}, r"mask has shape \(5,\); pass one weight for each of the 108 vertices"),

@@ -1,3 +1,5 @@
+import functools
+
 import numpy as np
 import pytest
 
@@ -108,17 +110,43 @@ def test_the_cutoff_of_a_basis_lies_between_the_eigenvalues_kept_and_dropped():
     assert (known <= cutoff.eigenvalue).sum() == 7
     assert basis.cutoff(63).eigenvalue == 2
     two = eigenbasis.complete(twin(together(TETRAHEDRON, TETRAHEDRON)))
-    assert 0 < two.cutoff(1).eigenvalue < 1e-10  # both lowest eigenvalues are zero; the cut-off stays positive
+    assert two.kept(1) == two.cutoff(1).modes == 2  # both lowest eigenvalues are zero
+    assert two.kept(3) == 8  # and all others are 4/3
 
 
-@pytest.mark.parametrize("modes", [200, 1000, 4000, 9000])
-def test_modes_are_counted_within_the_stated_error_without_eigenvectors(modes):
-    nx, ny = 120, 90
-    known = known_spectrum(nx, ny)
-    eigenvalue, error = density.cutoff_of_modes(flat_torus(nx, ny), modes)
-    count = np.searchsorted(known, eigenvalue)
-    assert abs(count / modes - 1) < 3 * error
-    assert error < 0.06
+MANY_MODES = {
+    "closed": lambda: twin((np.zeros((120 * 90, 3)), torus_graph(120, 90))),
+    "open": lambda: twin(sheet(70, 50)),
+    "long and narrow": lambda: twin(sheet(500, 6)),
+    "many components": lambda: twin(together(torus(60, 40), *[TETRAHEDRON] * 200)),
+    "loose": lambda: twin(together(*[TETRAHEDRON] * 300)),
+}
+
+
+@pytest.mark.parametrize("name", MANY_MODES)
+@pytest.mark.parametrize("share", [0.004, 0.02, 0.1, 0.4, 0.9])
+def test_modes_are_counted_within_the_stated_error_without_eigenvectors(name, share):
+    S = MANY_MODES[name]()
+    known = eigenvalues(name)
+    modes = max(1, int(share * len(known)))
+    cutoff = density.cutoff_of_modes(S, modes)
+    count = np.searchsorted(known, cutoff.eigenvalue)
+    zeros = (known < 1e-9).sum()
+    assert cutoff.modes == max(modes, zeros)
+    if name != "loose":  # where all but the zeros are one eigenvalue there is no cut-off between them
+        assert abs(count - cutoff.modes) < 3.5 * cutoff.error * cutoff.modes + 1
+    assert count >= zeros
+
+
+@functools.cache
+def eigenvalues(name):
+    if name == "closed":
+        return known_spectrum(120, 90)
+    return np.linalg.eigvalsh(MANY_MODES[name]().toarray())
+
+
+def test_the_stated_error_is_small_where_modes_are_many():
+    assert density.cutoff_of_modes(MANY_MODES["closed"](), 1000).error < 0.04
 
 
 def test_counting_is_seeded():

@@ -4,13 +4,12 @@ import pytest
 import meshlab_specsmooth as mss
 from meshlab_specsmooth.surface import (
     boundary_vertices,
-    components,
     edges,
     is_closed,
     mean_edge_length,
     signed_volume,
 )
-from tests.meshes import TETRAHEDRON, TRIANGLE, sheet, together, torus
+from tests.meshes import TETRAHEDRON, TRIANGLE, sheet, torus
 
 V, F = TRIANGLE
 
@@ -93,13 +92,6 @@ def test_the_boundary_of_a_sheet_is_its_rim():
     rim[1:-1, 1:-1] = False
     assert np.array_equal(boundary_vertices(mss.Surface(*sheet(nx, ny))), rim.ravel())
     assert not boundary_vertices(mss.Surface(*torus())).any()
-
-
-def test_components_are_told_apart():
-    vertices, faces = together(TRIANGLE, TETRAHEDRON)
-    labels = components(mss.Surface(np.vstack([vertices, [[9, 9, 9]]]), faces))
-    assert len(set(labels[:3])) == len(set(labels[3:7])) == 1
-    assert len(set(labels)) == 3
 
 
 def test_volume_and_closedness():

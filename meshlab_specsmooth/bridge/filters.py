@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import inspect
 import textwrap
+import time
 from collections.abc import Callable
 from typing import Any
 
@@ -217,9 +218,10 @@ def _move(
     ms: pymeshlab.MeshSet, method: Callable[..., SmoothingResult], values: dict[str, Any], progress: Progress | None
 ) -> dict[str, Any]:
     """Pull, compute, push; the evidence as a dict."""
+    start = time.perf_counter()
     result = _smoother(ms, method, values)(progress)
     push(ms, result.vertices)
-    evidence = dict(vars(result))
+    evidence = dict(vars(result)) | {"seconds": time.perf_counter() - start}
     del evidence["vertices"]
     return evidence
 

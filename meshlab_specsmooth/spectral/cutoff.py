@@ -33,8 +33,8 @@ class Cutoff:
 
 def from_wavelength(edges: float, vertex_count: int) -> Cutoff:
     """The cut-off at surface waves of so many mean edge lengths."""
-    # waves shorter than the mesh can carry keep everything
-    eigenvalue = float(min((np.pi / edges) ** 2, 2.0))
+    # waves shorter than the mesh can carry keep everything; those beyond all measure keep the constants
+    eigenvalue = float(np.clip((np.pi / max(edges, 1.0)) ** 2, np.finfo(np.float64).tiny, 2.0))
     modes = float(max(1.0, vertex_count * min(1.0, eigenvalue / WEYL)))
     return Cutoff(eigenvalue, modes, float("nan"))
 

@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
 
 from meshlab_specsmooth.spectral.chebyshev import doubled_and_shifted
-from meshlab_specsmooth.spectral.cutoff import WEYL
+from meshlab_specsmooth.spectral.cutoff import WEYL, Cutoff
 from meshlab_specsmooth.surface import Floats
 
 SEED = 2010  # any number: fixed, so that two runs agree to the bit
@@ -20,24 +21,22 @@ SEED = 2010  # any number: fixed, so that two runs agree to the bit
 _LEAST_RANGE = 0.2
 
 
-def cutoff_of_modes(S: csr_array, modes: int) -> tuple[float, float]:
-    """The eigenvalue below which ``modes`` modes lie, from the density of modes.
+def cutoff_of_modes(S: csr_array, modes: int) -> Cutoff:
+    """The cut-off below which ``modes`` modes lie, from the density of modes.
+
+    Each connected component has one mode of eigenvalue 0, and these stay together: no fewer are kept.
 
     Parameters
     ----------
     S : (n, n) csr_array
         Symmetric, spectrum inside [0, 2].
     modes : int
-        1 to n - 1.
-
-    Returns
-    -------
-    eigenvalue : float
-    error : float
-        Standard error of the number of modes below it, relative to that number: of the random vectors, and of the
-        smooth law, about which the eigenvalues scatter.
+        1 to n.
     """
     n = S.shape[0]
+    if modes >= n:
+        return Cutoff(2.0, n, 0.0)
+    zeros = int(connected_components(S, directed=False)[0])
     guess = WEYL * modes / n
     # The number of modes below the top of the fitted range decides how well it is known: its standard deviation is
     # sqrt(2 count / probes).
@@ -47,18 +46,23 @@ def cutoff_of_modes(S: csr_array, modes: int) -> tuple[float, float]:
     if guess > _LEAST_RANGE:  # well inside the spectrum the integrated density itself is accurate
         grid = np.linspace(0, 2, 4001)
         below = n * _integrated_density(moments, grid)
+        misfit = 0.0
     else:
-        # N(x) = a x + b sqrt(x) + c x^2: area, boundary, dispersion. Its variance grows with N.
+        # N(x) = zeros + a x + b sqrt(x) + c x^2: components, area, boundary, dispersion. Its variance grows with N.
         x = np.linspace(top / 12, top, 24)
         weight = 1 / np.sqrt(x)
-        counts = n * _integrated_density(moments, x)
         terms = np.stack([x, np.sqrt(x), x * x], axis=1)
-        a, b, c = np.linalg.lstsq(terms * weight[:, None], counts * weight, rcond=None)[0]
+        counts = n * _integrated_density(moments, x) - zeros
+        solution = np.linalg.lstsq(terms * weight[:, None], counts * weight, rcond=None)[0]
+        misfit = float(np.sqrt(np.mean((terms @ solution - counts) ** 2)))
         grid = np.geomspace(guess / 100, 2 * top, 4000)
-        below = a * grid + b * np.sqrt(grid) + c * grid**2
-    eigenvalue = np.interp(modes, np.maximum.accumulate(below), grid)
-    error = np.sqrt(2 / (probes * max(modes, n * top / WEYL / 2)) + 1 / (2 * modes))
-    return float(np.clip(eigenvalue, guess / 100, 2.0)), float(error)
+        below = zeros + np.stack([grid, np.sqrt(grid), grid * grid], axis=1) @ solution
+    # of the modes that are not zero at least half a one: the cut-off lies above the null space
+    eigenvalue = float(np.interp(max(modes, zeros + 0.5), np.maximum.accumulate(below), grid))
+    kept = max(modes, zeros)
+    # of the random vectors; of the smooth law, about which eigenvalues scatter; of its fit
+    variance = 2 * kept**2 / (probes * max(modes, n * top / WEYL / 2)) + kept / 2 + misfit**2
+    return Cutoff(min(max(eigenvalue, guess / 100), 2.0), kept, float(np.sqrt(variance)) / kept)
 
 
 def random_signs(n: int, count: int) -> Floats:
@@ -80,12 +84,13 @@ def band_energies(S: csr_array, X: Floats, angles: Floats) -> Floats:
     -------
     (b,) float64
     """
-    moments = _moments(S, X, 2 * len(angles))
+    moments = _moments(S, X, max(2 * len(angles), _LEAST_BAND_DEGREE))
     below = _integrated_density(moments / moments[0], 1 - np.cos(angles)) if moments[0] > 0 else np.zeros(len(angles))
     return np.asarray(moments[0] * np.diff(below))
 
 
 PROBES = 8
+_LEAST_BAND_DEGREE = 128
 _WANTED_ERROR = 0.02
 _DEGREE = 48  # products with S; gives twice as many moments, a resolution of pi / 96 in arccos(1 - lambda)
 

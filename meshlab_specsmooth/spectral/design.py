@@ -63,20 +63,17 @@ def design(S: csr_array, size: int | float, *, by: str, name: str, method: str, 
     if not _is_exact(method, n):
         if by == "wavelength":
             cutoff = from_wavelength(size, n)
-        elif size >= n:
-            cutoff = Cutoff(2.0, n, 0.0)
         elif n <= eigenbasis.DENSE_VERTICES:
             cutoff = eigenbasis.complete(S).cutoff(int(size))
         else:
-            eigenvalue, error = density.cutoff_of_modes(S, int(size))
-            cutoff = Cutoff(eigenvalue, size, error)
+            cutoff = density.cutoff_of_modes(S, int(size))
         h = response(name, cutoff.eigenvalue)
         return Design(approximate(h, tolerance), h, cutoff, "chebyshev")
     # a step needs the modes that it keeps and one more to tell where it lies; the others have a tail, so they get all
     if name != "ideal":
         basis = eigenbasis.complete(S)
     elif by == "modes":
-        basis = eigenbasis.lowest(S, min(n, int(size) + 1))
+        basis = eigenbasis.covering(S, int(size))
     else:
         basis = eigenbasis.below(S, from_wavelength(size, n))
     cutoff = basis.cutoff(int(size)) if by == "modes" else from_wavelength(size, n)
