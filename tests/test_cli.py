@@ -11,7 +11,7 @@ import meshlab_specsmooth as mss
 from meshlab_specsmooth.bridge import files, meshset
 from meshlab_specsmooth.cli import demo, main
 from meshlab_specsmooth.cli.progress import bar
-from meshlab_specsmooth.descriptors import load
+from meshlab_specsmooth.descriptors import load, names
 from tests.meshes import rough, torus
 
 
@@ -100,14 +100,14 @@ def test_an_interrupt_is_a_failure_that_says_what_was_left(scan, tmp_path, monke
 
 def test_version_and_help():
     assert run("--version") == (0, f"specsmooth {mss.__version__}\n", "")
-    for command in ("smooth", "demo"):
+    for command in ("smooth", "run", "filters", "demo"):
         code, out, _ = run(command, "--help")
         assert code == 0
         assert "examples:" in out
     _, out, _ = run("smooth", "--help")
     for parameter in load("apply_coord_spectral_smoothing").parameters:
         assert "--" + parameter.name.replace("_", "-") in out
-        assert f"(default: {parameter.default})" in " ".join(out.split())
+        assert f"(default: {parameter.shown_default})" in " ".join(out.split())
 
 
 class Terminal(io.StringIO):
@@ -168,3 +168,50 @@ def test_the_console_script_is_installed(scan):
     done = subprocess.run([script, "--version"], capture_output=True, text=True, check=True)
     assert done.stdout == f"specsmooth {mss.__version__}\n"
     assert np.isfinite(meshset.pull(files.read(scan))[0]).all()
+
+
+def test_filters_are_listed_and_described(capsys):
+    assert main(["filters"]) == 0
+    listed = capsys.readouterr().out
+    for name in names():
+        assert f"{name} " in listed
+        assert main(["filters", name]) == 0
+        described = capsys.readouterr().out
+        for parameter in load(name).parameters:
+            assert f"{parameter.name} : {parameter.kind} = {parameter.shown_default}" in described
+    with pytest.raises(SystemExit) as stopped:
+        main(["filters", "apply_coord_magic"])
+    assert stopped.value.code == 2
+    assert "invalid choice: 'apply_coord_magic'" in capsys.readouterr().err
+
+
+def test_run_applies_a_script_to_a_file(scan, tmp_path, capsys):
+    ms = mss.MeshSet()
+    ms.load_new_mesh(str(scan))
+    ms.apply_coord_taubin_smoothing()
+    ms.apply_coord_spectral_smoothing(modes=30)
+    ms.save_filter_script(str(tmp_path / "s.mlx"))
+    assert main(["run", str(tmp_path / "s.mlx"), str(scan), str(tmp_path / "o.ply")]) == 0
+    written, _ = meshset.pull(files.read(tmp_path / "o.ply"))
+    assert written == pytest.approx(ms.current_mesh().vertex_matrix(), abs=1e-6)
+    assert capsys.readouterr().out == f"{tmp_path / 'o.ply'}: Taubin Smooth, Spectral Smooth\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (None, "s.mlx: cannot be read: No such file"),
+        ("<FilterScript>", "s.mlx:1: is not well-formed"),
+        (
+            '<FilterScript>\n<filter name="Spectral Smoth"/></FilterScript>',
+            "s.mlx:2: no filter is called 'Spectral Smoth'",
+        ),
+    ],
+)
+def test_a_bad_script_is_one_line_and_writes_nothing(scan, tmp_path, text, words):
+    if text is not None:
+        (tmp_path / "s.mlx").write_text(text)
+    code, out, err = run("run", tmp_path / "s.mlx", scan, tmp_path / "o.ply")
+    assert (code, out, err.count("\n")) == (1, "", 1)
+    assert words in err
+    assert not (tmp_path / "o.ply").exists()

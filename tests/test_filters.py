@@ -7,14 +7,19 @@ import pytest
 import meshlab_specsmooth as mss
 from meshlab_specsmooth import descriptors
 from meshlab_specsmooth.bridge import filters, meshset
+from meshlab_specsmooth.bridge.parameters import resolve
+from meshlab_specsmooth.surface import vertex_normals
 from tests import state
-from tests.meshes import rough, torus
+from tests.meshes import rough, sheet, torus
 
 MESH = rough(torus(20, 12))
-OURS = pytest.mark.parametrize(
-    ("in_place", "on_arrays"),
-    [(mss.apply_coord_spectral_smoothing, mss.smooth), (mss.apply_coord_spectral_low_pass, mss.low_pass)],
-)
+MOVERS = {
+    mss.apply_coord_spectral_smoothing: mss.smooth,
+    mss.apply_coord_spectral_low_pass: mss.low_pass,
+    mss.apply_coord_spectral_enhancement: mss.enhance,
+}
+EACH_MOVER = pytest.mark.parametrize(("in_place", "on_arrays"), MOVERS.items(), ids=[f.__name__ for f in MOVERS])
+EACH_FILTER = pytest.mark.parametrize("name", filters.FILTERS)
 
 
 @pytest.fixture
@@ -22,53 +27,112 @@ def ms():
     return meshset.new(*MESH)
 
 
-@OURS
-@pytest.mark.parametrize("given", [{}, {"modes": 20}, {"modes": 20, "response": "heat", "laplacian": "cotangent"}])
+def words_of(error, native, ours):
+    """What a filter of pymeshlab's says, as ours would have to say it."""
+    return str(error.value).replace(native, ours)
+
+
+@EACH_MOVER
+@pytest.mark.parametrize("given", [{}, {"response": "heat", "laplacian": "cotangent"}])
 def test_a_filter_gives_what_the_arrays_do_and_returns_the_evidence(ms, in_place, on_arrays, given):
     expected = on_arrays(*MESH, **given)
     evidence = in_place(ms, **given)
     assert np.array_equal(ms.current_mesh().vertex_matrix(), expected.vertices)
-    for name, value in evidence.items():
-        if name != "seconds":
-            assert value == getattr(expected, name) or np.isnan(value)
-    assert "vertices" not in evidence
+    assert set(evidence) == set(vars(expected)) - {"vertices"}
+    for name in set(evidence) - {"seconds"}:
+        assert evidence[name] == pytest.approx(getattr(expected, name), nan_ok=name == "modes_error")
 
 
-@OURS
-def test_lengths_are_in_mesh_units_or_percent_of_the_diagonal(ms, in_place, on_arrays):
-    diagonal = ms.current_mesh().bounding_box().diagonal()
+@EACH_MOVER
+def test_lengths_are_in_mesh_units_or_percent_of_the_diagonal(in_place, on_arrays):
+    name = "shortest" if on_arrays is mss.enhance else "wavelength"
+    diagonal = meshset.new(*MESH).current_mesh().bounding_box().diagonal()
     for value in (pymeshlab.PercentageValue(25), pymeshlab.PureValue(diagonal / 4), diagonal / 4):
-        assert in_place(meshset.new(*MESH), wavelength=value)["wavelength"] == pytest.approx(diagonal / 4)
+        assert in_place(meshset.new(*MESH), **{name: value})["wavelength"] == pytest.approx(diagonal / 4)
 
 
-@OURS
-def test_zero_modes_and_wavelength_are_not_given(ms, in_place, on_arrays):
-    assert in_place(ms, modes=0, wavelength=0.0)["wavelength"] == on_arrays(*MESH).wavelength
+def test_enums_go_by_name_or_by_number(ms):
+    other = meshset.new(*MESH)
+    mss.apply_coord_spectral_smoothing(ms, response=3)
+    mss.apply_coord_spectral_smoothing(other, response="heat")
+    assert np.array_equal(ms.current_mesh().vertex_matrix(), other.current_mesh().vertex_matrix())
 
 
-@OURS
+@EACH_FILTER
 @pytest.mark.parametrize(
-    ("given", "words"),
+    ("given", "error", "words"),
     [
+        ({"nodes": 3}, pymeshlab.PyMeshLabException, r"Parameter nodes not found for filter NAME\. Please check"),
         (
-            {"nodes": 3},
-            r"Parameter nodes not found for filter apply_coord_spectral_\w+\. Please check the documentation\.",
+            {"laplacian": "graph"},
+            pymeshlab.InvalidEnumException,
+            "Enum 'graph' not found. Possible values are 'uniform'",
         ),
-        ({"modes": 2.0}, "Parameter modes: float value 2.0 where int is expected"),
-        ({"modes": True}, "Parameter modes: bool value True where int is expected"),
-        ({"modes": -1}, "Parameter modes: int value -1 out of bounds"),
-        ({"wavelength": "2"}, "Parameter wavelength: str value '2' where length is expected"),
-        ({"wavelength": float("nan")}, "Parameter wavelength: length value nan out of bounds"),
-        ({"wavelength": float("inf")}, "Parameter wavelength: length value inf out of bounds"),
-        ({"wavelength": pymeshlab.PureValue(-1)}, "Parameter wavelength: length value -1.0 out of bounds"),
-        ({"response": "box"}, "Enum 'box' not found. Possible values are 'ideal'; 'butterworth'; 'gaussian'; 'heat'; "),
+        ({"laplacian": 2}, pymeshlab.InvalidEnumException, "Enum 2 not valid. Must be a value between 0 and 2"),
+        ({"laplacian": 1.5}, RuntimeError, "Unable to cast Python instance of type <class 'float'>"),
+        ({"laplacian": 1.5}, pymeshlab.PyMeshLabException, "laplacian"),
     ],
 )
-def test_bad_parameters_are_refused_in_meshlab_s_words_and_the_meshset_stays(ms, in_place, on_arrays, given, words):
+def test_bad_parameters_are_refused_in_meshlab_s_words_and_the_meshset_stays(ms, name, given, error, words):
     before = state.of_meshset(ms)
-    with pytest.raises(pymeshlab.PyMeshLabException, match=words):
-        in_place(ms, **given)
+    with pytest.raises(error, match=words.replace("NAME", name)):
+        filters.apply(ms, name, **given)
     assert state.differences(before, state.of_meshset(ms)) == []
+
+
+@pytest.mark.parametrize(
+    ("given", "error", "words"),
+    [
+        ({"modes": 2.0}, RuntimeError, "modes: Unable to cast Python instance of type <class 'float'> to int"),
+        ({"modes": "2"}, RuntimeError, "modes: Unable to cast Python instance of type <class 'str'>"),
+        ({"modes": -1}, pymeshlab.PyMeshLabException, "Parameter modes: int value -1 out of bounds .min: 0;"),
+        ({"wavelength": "2"}, RuntimeError, "wavelength: Unable to cast"),
+        ({"wavelength": float("nan")}, pymeshlab.PyMeshLabException, "wavelength: length value nan out of bounds"),
+        ({"wavelength": float("inf")}, pymeshlab.PyMeshLabException, "wavelength: length value inf out of bounds"),
+        ({"wavelength": pymeshlab.PureValue(-1)}, pymeshlab.PyMeshLabException, "length value -1.0 out of bounds"),
+        ({"passes": 0}, pymeshlab.PyMeshLabException, "Parameter passes: int value 0 out of bounds .min: 1; max: 1000"),
+        ({"selected": "yes"}, RuntimeError, "selected: Unable to cast"),
+        ({"modes": 3, "wavelength": 1.0}, mss.InvalidParameter, "give one of them"),
+    ],
+)
+def test_values_of_the_wrong_type_or_out_of_bounds_are_refused(ms, given, error, words):
+    before = state.of_meshset(ms)
+    with pytest.raises(error, match=words):
+        mss.apply_coord_spectral_smoothing(ms, **given)
+    assert state.differences(before, state.of_meshset(ms)) == []
+
+
+def test_plain_and_numpy_numbers_are_taken_as_pymeshlab_takes_them(ms):
+    ms.apply_coord_laplacian_smoothing(stepsmoothnum=np.int64(1), boundary=1)
+    evidence = mss.apply_coord_spectral_smoothing(
+        ms, modes=np.int64(20), barycenter_weight=1, passes=True, selected=np.bool_(False), wavelength=np.float64(0)
+    )
+    assert evidence["modes"] >= 20
+
+
+@EACH_FILTER
+def test_only_keywords_are_taken(ms, name):
+    with pytest.raises(TypeError, match="positional argument"):
+        ms.apply_coord_laplacian_smoothing(3)
+    with pytest.raises(TypeError, match="positional argument"):
+        filters.FILTERS[name](ms, 3)
+
+
+@EACH_FILTER
+def test_what_cannot_be_filtered_is_refused_in_the_very_words_of_pymeshlab(name):
+    empty, cloud, nothing = pymeshlab.MeshSet(), pymeshlab.MeshSet(), meshset.new(*MESH)
+    cloud.add_mesh(pymeshlab.Mesh(MESH[0]))
+    nothing.set_selection_all()
+    nothing.meshing_remove_selected_vertices()
+    assert nothing.current_mesh().vertex_number() == 0
+    for ms in (empty, cloud, nothing):
+        before = state.of_meshset(ms)
+        with pytest.raises(pymeshlab.PyMeshLabException) as native:
+            ms.apply_coord_laplacian_smoothing()
+        with pytest.raises(pymeshlab.PyMeshLabException) as ours:
+            filters.apply(ms, name)
+        assert str(ours.value) == words_of(native, "apply_coord_laplacian_smoothing", name)
+        assert state.differences(before, state.of_meshset(ms)) == []
 
 
 def test_an_unknown_parameter_is_refused_in_the_very_words_of_pymeshlab(ms):
@@ -76,25 +140,7 @@ def test_an_unknown_parameter_is_refused_in_the_very_words_of_pymeshlab(ms):
         ms.apply_coord_laplacian_smoothing(nodes=3)
     with pytest.raises(pymeshlab.PyMeshLabException) as ours:
         mss.apply_coord_spectral_smoothing(ms, nodes=3)
-    assert str(ours.value) == str(native.value).replace("laplacian", "spectral")
-
-
-def test_an_empty_meshset_is_refused_in_the_very_words_of_pymeshlab():
-    empty = pymeshlab.MeshSet()
-    with pytest.raises(pymeshlab.PyMeshLabException) as native:
-        empty.apply_coord_laplacian_smoothing()
-    with pytest.raises(pymeshlab.PyMeshLabException) as ours:
-        mss.apply_coord_spectral_smoothing(empty)
-    assert str(ours.value) == str(native.value).replace("laplacian", "spectral")
-
-
-def test_a_point_cloud_is_refused_and_left_alone():
-    ms = pymeshlab.MeshSet()
-    ms.add_mesh(pymeshlab.Mesh(MESH[0]))
-    before = state.of_meshset(ms)
-    with pytest.raises(mss.InvalidSurface, match="faces is empty; smoothing needs triangles"):
-        mss.apply_coord_spectral_smoothing(ms)
-    assert state.differences(before, state.of_meshset(ms)) == []
+    assert str(ours.value) == words_of(native, "laplacian", "spectral")
 
 
 def test_work_that_is_stopped_leaves_the_meshset_as_it_was(ms):
@@ -108,20 +154,123 @@ def test_work_that_is_stopped_leaves_the_meshset_as_it_was(ms):
     assert state.differences(before, state.of_meshset(ms)) == []
 
 
+def moved(ms):
+    return (ms.current_mesh().vertex_matrix() != MESH[0]).any(axis=1)
+
+
+@EACH_MOVER
+def test_by_default_a_selection_restricts_the_filter(in_place, on_arrays):
+    ms = meshset.new(*MESH)
+    ms.compute_selection_by_condition_per_vertex(condselect="x > 0.5")
+    mask = MESH[0][:, 0] > 0.5
+    in_place(ms)
+    assert np.array_equal(ms.current_mesh().vertex_matrix(), on_arrays(*MESH, mask=mask).vertices)
+    assert not moved(ms)[~mask].any()
+    assert moved(ms)[mask].mean() > 0.9
+    ms = meshset.new(*MESH)
+    ms.compute_selection_by_condition_per_face(condselect="fi < 100")
+    in_place(ms)
+    of_faces = np.isin(np.arange(len(MESH[0])), MESH[1][:100])
+    assert not moved(ms)[~of_faces].any()
+    assert moved(ms)[of_faces].mean() > 0.9
+
+
+def test_a_selection_may_be_passed_over_and_asked_for_in_vain(ms):
+    ms.compute_selection_by_condition_per_vertex(condselect="x > 0.5")
+    mss.apply_coord_spectral_smoothing(ms, selected=False)
+    assert moved(ms).all()
+    ms = meshset.new(*MESH)
+    mss.apply_coord_spectral_smoothing(ms, selected=True)
+    assert not moved(ms).any()
+
+
+@pytest.mark.parametrize("source", ["vertex_selection", "face_selection", "vertex_quality"])
+def test_features_come_from_selections_or_quality(source):
+    ms = meshset.new(*MESH)
+    if source == "vertex_selection":
+        ms.compute_selection_by_condition_per_vertex(condselect="x > 0.5")
+        weights = MESH[0][:, 0] > 0.5
+    elif source == "face_selection":
+        ms.compute_selection_by_condition_per_face(condselect="fi < 100")
+        weights = np.isin(np.arange(len(MESH[0])), MESH[1][:100])
+    else:
+        ms.compute_scalar_by_function_per_vertex(q="vi / 240", normalize=False)
+        weights = ms.current_mesh().vertex_scalar_array()
+    mss.apply_coord_spectral_smoothing(ms, features=source, feature_gain=1.5)
+    expected = mss.smooth(*MESH, features=weights, feature_gain=1.5).vertices
+    assert np.array_equal(ms.current_mesh().vertex_matrix(), expected)  # the selection marks, it does not restrict
+
+
+def test_a_quality_that_is_no_weight_is_refused_with_its_place(ms):
+    ms.compute_scalar_by_function_per_vertex(q="vi > 6 ? 2 : 1", normalize=False)
+    before = state.of_meshset(ms)
+    with pytest.raises(mss.InvalidParameter, match=r"features\[7\] is 2.0; weights lie in \[0, 1\]"):
+        mss.apply_coord_spectral_smoothing(ms, features="vertex_quality")
+    assert state.differences(before, state.of_meshset(ms)) == []
+
+
+def test_the_boundary_is_treated_as_asked_for():
+    V, F = rough(sheet())
+    for boundary in ("free", "fixed", "curve"):
+        ms = meshset.new(V, F)
+        mss.apply_coord_spectral_smoothing(ms, boundary=boundary)
+        assert np.array_equal(ms.current_mesh().vertex_matrix(), mss.smooth(V, F, boundary=boundary).vertices)
+
+
+def test_the_displacement_is_along_the_normals_and_moves_nothing(ms):
+    before = state.of_meshset(ms)
+    report = mss.compute_scalar_by_spectral_displacement(ms, barycenter_weight=0.3)
+    smoothed = mss.smooth(*MESH, barycenter_weight=0.3).vertices
+    expected = ((smoothed - MESH[0]) * vertex_normals(mss.Surface(smoothed, MESH[1]))).sum(axis=1)
+    written = ms.current_mesh().vertex_scalar_array()
+    assert written == pytest.approx(expected)
+    assert report == pytest.approx({"rms": np.sqrt((expected**2).mean()), "min": expected.min(), "max": expected.max()})
+    changed = state.differences(before, state.of_meshset(ms))
+    assert sorted(changed) == ["/meshes[0]/vertex quality", "/script"]
+
+
+def test_the_displacement_points_outwards_where_it_is_positive():
+    V, F = torus(30, 20)
+    V = V.copy()
+    dent = 100
+    outwards = vertex_normals(mss.Surface(V, F))[dent]
+    V[dent] -= 0.1 * outwards
+    ms = meshset.new(V, F)
+    mss.compute_scalar_by_spectral_displacement(ms, barycenter_weight=0.3)
+    assert ms.current_mesh().vertex_scalar_array()[dent] > 0.03
+
+
+def test_the_spectrum_of_a_meshset_is_that_of_the_arrays(ms):
+    measured, expected = mss.get_spectrum(ms), mss.spectrum(*MESH)
+    for name, value in vars(expected).items():
+        assert np.array_equal(measured[name], value)
+
+
+@EACH_FILTER
+def test_every_filter_leaves_everything_else_alone(laden, name):
+    held = laden.current_mesh()
+    before = state.of_meshset(laden)
+    filters.apply(laden, name)
+    assert laden.current_mesh().id() == held.id() == 1
+    follows = {f"/meshes[1]/{part}" for part in state.FOLLOWS} if name.startswith("apply_coord") else set()
+    follows |= {"/meshes[1]/vertex quality"} if name.startswith("compute_scalar") else set()
+    assert set(state.differences(before, state.of_meshset(laden))) == follows | {"/script"}
+
+
 def test_filters_and_descriptors_name_each_other():
     assert tuple(sorted(filters.FILTERS)) == descriptors.names()
     for name, function in filters.FILTERS.items():
         assert function is getattr(mss, name)
         assert name in mss.__all__
+        assert descriptors.load(name).help.split()[0] in function.__doc__
+        for parameter in descriptors.load(name).parameters:
+            assert f"\n{parameter.name} : " in function.__doc__
 
 
 def test_a_default_in_percent_of_the_diagonal_is_one_of_this_mesh(ms):
     described = descriptors.load("apply_coord_spectral_smoothing")
     length = next(p for p in described.parameters if p.type == "length")
     percent = descriptors.Parameter(**(vars(length) | {"default": descriptors.Length(0.01)}))
-    switch = descriptors.Parameter("on", "bool", True, "On", "On.", -np.inf, np.inf, (), False)
-    invented = descriptors.Descriptor("f", "F", "Smoothing", "", (percent, switch))
-    values = filters.resolve(invented, {"on": False}, ms)
-    assert values == {"wavelength": 0.01 * ms.current_mesh().bounding_box().diagonal(), "on": False}
-    with pytest.raises(pymeshlab.PyMeshLabException, match="int value 1 where bool is expected"):
-        filters.resolve(invented, {"on": 1}, ms)
+    assert percent.shown_default == "1%"
+    invented = descriptors.Descriptor("f", "F", "Smoothing", "", (percent,))
+    assert resolve(invented, {}, ms) == {"wavelength": 0.01 * ms.current_mesh().bounding_box().diagonal()}

@@ -10,42 +10,7 @@ import pytest
 import meshlab_specsmooth as mss
 from meshlab_specsmooth.bridge import files, meshset
 from tests import state
-from tests.meshes import rough, sheet, torus
-
-
-@pytest.fixture
-def laden():
-    """A MeshSet in which the current mesh carries all that a mesh can, between two others."""
-    ms = pymeshlab.MeshSet()
-    ms.add_mesh(pymeshlab.Mesh(*torus(6, 5)), "before")
-    V, F = rough(sheet(7, 6))
-    n, m = len(V), len(F)
-    rng = np.random.default_rng(5)
-    ms.add_mesh(
-        pymeshlab.Mesh(
-            V,
-            F,
-            v_color_matrix=rng.random((n, 4)),
-            f_color_matrix=rng.random((m, 4)),
-            v_scalar_array=rng.random(n),
-            f_scalar_array=rng.random(m),
-            v_tex_coords_matrix=rng.random((n, 2)),
-            w_tex_coords_matrix=rng.random((3 * m, 2)),
-        ),
-        "laden",
-    )
-    ms.add_mesh(pymeshlab.Mesh(*torus(5, 5)), "after")
-    ms.set_current_mesh(1)
-    ms.compute_selection_by_condition_per_vertex(condselect="x > 2")
-    ms.compute_selection_by_condition_per_face(condselect="fi < 20")
-    ms.compute_matrix_from_translation_rotation_scale(translationx=3, rotationz=30, scalex=2, freeze=False)
-    ms.apply_coord_taubin_smoothing(lambda_=0.25, stepsmoothnum=1)
-    mesh = ms.current_mesh()
-    mesh.add_vertex_custom_scalar_attribute(rng.random(n), "heat")
-    mesh.add_vertex_custom_scalar_attribute(rng.random(n), "no identifier!")
-    mesh.add_face_custom_scalar_attribute(rng.random(m), "heat")
-    mesh.add_vertex_custom_point_attribute(rng.random((n, 3)), "flow")
-    return ms
+from tests.meshes import torus
 
 
 def test_only_coordinates_normals_and_bounding_box_change(laden):
@@ -174,3 +139,42 @@ def test_a_mesh_that_does_not_arrive_is_put_back_and_reported(laden, monkeypatch
     with pytest.raises(mss.MeshSetError, match="in 3 morphing passes"):
         meshset.push(laden, laden.current_mesh().vertex_matrix() + 1)
     assert state.differences(before, state.of_meshset(laden)) == []
+
+
+def test_quality_arrives_to_the_bit_and_nothing_else_changes(laden):
+    before = state.of_meshset(laden)
+    quality = np.random.default_rng(7).standard_normal(laden.current_mesh().vertex_number())
+    assert np.array_equal(meshset.push_quality(laden, quality), quality)
+    assert np.array_equal(laden.current_mesh().vertex_scalar_array(), quality)
+    assert state.differences(before, state.of_meshset(laden)) == ["/meshes[1]/vertex quality"]
+
+
+def test_vertices_at_one_place_share_the_mean_quality():
+    V = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 0]])
+    ms = meshset.new(V, [[0, 1, 2], [3, 2, 1]])
+    written = meshset.push_quality(ms, np.array([1.0, 5.0, 7.0, 3.0]))
+    assert written.tolist() == ms.current_mesh().vertex_scalar_array().tolist() == [2, 5, 7, 2]
+
+
+def test_quality_that_does_not_arrive_is_reported(laden, monkeypatch):
+    monkeypatch.setattr(pymeshlab.MeshSet, "transfer_attributes_per_vertex", lambda *_, **__: None)
+    n = laden.current_mesh().vertex_number()
+    number = laden.mesh_number()
+    with pytest.raises(mss.MeshSetError, match="did not take its new vertex quality"):
+        meshset.push_quality(laden, np.full(n, 7.5))
+    assert laden.mesh_number() == number
+
+
+@pytest.mark.parametrize("stream", ["stdout", "stderr"])
+def test_a_process_without_standard_streams_can_push(monkeypatch, stream):
+    ms = meshset.new(*torus(6, 5))
+    monkeypatch.setattr(sys, stream, None)
+    meshset.push(ms, ms.current_mesh().vertex_matrix() + 1)
+    assert ms.mesh_number() == 1
+
+
+def test_the_next_mesh_gets_the_id_after_the_temporary_one():
+    ms = meshset.new(*torus(6, 5))
+    meshset.push(ms, ms.current_mesh().vertex_matrix() + 1)
+    ms.create_cube()
+    assert [m.id() for m in ms] == [0, 2]

@@ -22,7 +22,6 @@ from meshlab_specsmooth.bridge import scripts
 from meshlab_specsmooth.bridge.meshset import pull, push, push_quality
 from meshlab_specsmooth.bridge.parameters import resolve
 from meshlab_specsmooth.descriptors import Descriptor
-from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.smoothing import Prepared, SmoothingResult, prepare
 from meshlab_specsmooth.spectral.progress import Progress
 from meshlab_specsmooth.spectrum import spectrum
@@ -257,10 +256,7 @@ def _features(ms: pymeshlab.MeshSet, source: str) -> Floats | None:
     if source == "none":
         return None
     if source == "vertex_quality":
-        mesh = ms.current_mesh()
-        if not mesh.has_vertex_scalar():
-            raise InvalidParameter("features is 'vertex_quality', but the current mesh has no vertex quality")
-        return np.asarray(mesh.vertex_scalar_array(), dtype=np.float64)
+        return np.asarray(ms.current_mesh().vertex_scalar_array(), dtype=np.float64)
     return _selected(ms, source).astype(np.float64)
 
 

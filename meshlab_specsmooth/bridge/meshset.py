@@ -93,16 +93,24 @@ def push_quality(ms: pymeshlab.MeshSet, quality: Floats) -> Floats:
         The mesh did not take the values.
     """
     mesh, target = ms.current_mesh(), ms.current_mesh_id()
-    places, at, count = np.unique(mesh.vertex_matrix(), axis=0, return_inverse=True, return_counts=True)
-    mean = np.bincount(at.ravel(), weights=quality, minlength=len(places)) / count
+    _, first, at, count = np.unique(
+        mesh.vertex_matrix(), axis=0, return_index=True, return_inverse=True, return_counts=True
+    )
+    mean = np.bincount(at.ravel(), weights=quality, minlength=len(first)) / count
     expected = np.asarray(mean[at.ravel()])
+    places = mesh.vertex_matrix()[first]
+    # The filter that transfers attributes works on the mesh where its transform puts it, and moves it there and back,
+    # which rounds: it must not see the transform.
+    transform = mesh.transform_matrix()
     with leaving_no_trace(ms):
         source = _add(ms, pymeshlab.Mesh(places, v_scalar_array=mean))
         try:
+            ms.set_matrix(transformmatrix=np.eye(4), freeze=False)
             ms.transfer_attributes_per_vertex(
                 sourcemesh=source, targetmesh=target, vertexsampling=True, colortransfer=False, qualitytransfer=True
             )
         finally:
+            ms.set_matrix(transformmatrix=transform, freeze=False)
             _delete(ms, source)
     if not np.array_equal(mesh.vertex_scalar_array(), expected):
         raise MeshSetError("the mesh did not take its new vertex quality")

@@ -11,6 +11,8 @@ import difflib
 import itertools
 import os
 import re
+import subprocess
+import sys
 import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -19,7 +21,6 @@ from typing import Any
 from xml.sax.saxutils import quoteattr
 
 import pymeshlab
-from pymeshlab import PyMeshLabException
 
 from meshlab_specsmooth import descriptors
 from meshlab_specsmooth.bridge.meshset import leaving_no_trace, native_output_dropped
@@ -178,13 +179,16 @@ def _from_text(parameter: Parameter, text: str) -> Any:
 
 def _load(ms: pymeshlab.MeshSet, steps: Sequence[Step]) -> None:
     """Make these steps the MeshSet's filter script."""
-    text = "<!DOCTYPE FilterScript>\n<FilterScript>\n" + "".join(map(_as_xml, steps)) + "</FilterScript>\n"
     with tempfile.TemporaryDirectory(prefix="specsmooth-") as folder:
         path = Path(folder) / "script.mlx"
-        path.write_text(text, encoding="utf-8")
+        path.write_text(_as_script(steps), encoding="utf-8")
         ms.clear_filter_script()
         with native_output_dropped():  # pymeshlab prints what it reads, verbose or not
             _NATIVE_LOAD(ms, str(path))
+
+
+def _as_script(steps: Sequence[Step]) -> str:
+    return "<!DOCTYPE FilterScript>\n<FilterScript>\n" + "".join(map(_as_xml, steps)) + "</FilterScript>\n"
 
 
 def _as_xml(step: Step) -> str:
@@ -210,13 +214,23 @@ def _is_native(name: str) -> bool:
 
     if letters(name) in {letters(former) for former in _former_names()}:
         return True
-    # The table is older than some filters. pymeshlab cannot be asked for display names, but run on an empty MeshSet it
-    # says of an unknown name, and of no other, that something really bad happened.
-    scratch = pymeshlab.MeshSet()
-    _load(scratch, [Step(name, (), 0)])
-    try:
-        with native_output_dropped():
-            _NATIVE_APPLY(scratch)
-    except PyMeshLabException as error:
-        return "Something really bad happened" not in str(error)
-    return True
+    # The table is older than some filters. pymeshlab cannot be asked for display names, but when it is to run an unknown
+    # one, and only then, it says that something really bad happened. That is tried on an empty MeshSet in a process of
+    # its own, as some filters crash there.
+    with tempfile.TemporaryDirectory(prefix="specsmooth-") as folder:
+        (Path(folder) / "script.mlx").write_text(_as_script([Step(name, (), 0)]), encoding="utf-8")
+        command = [sys.executable, "-c", _TRY]
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)  # noqa: S603
+    return "UNKNOWN" not in done.stdout
+
+
+_TRY = """
+import pymeshlab
+ms = pymeshlab.MeshSet()
+ms.load_filter_script("script.mlx")
+try:
+    ms.apply_filter_script()
+except pymeshlab.PyMeshLabException as error:
+    if "Something really bad happened" in str(error):
+        print("UNKNOWN")
+"""

@@ -15,7 +15,7 @@ def add_options(parser: argparse.ArgumentParser, descriptor: Descriptor) -> None
         parser.add_argument(
             "--" + parameter.name.replace("_", "-"),
             default=parameter.default,
-            help=f"{parameter.help} (default: {parameter.default})".replace("%", "%%"),
+            help=f"{parameter.help} (default: {parameter.shown_default})".replace("%", "%%"),
             **kind,
         )
 

@@ -1,0 +1,40 @@
+import numpy as np
+import pymeshlab
+import pytest
+
+from tests.meshes import rough, sheet, torus
+
+
+@pytest.fixture
+def laden():
+    """A MeshSet in which the current mesh carries all that a mesh can, between two others."""
+    ms = pymeshlab.MeshSet()
+    ms.add_mesh(pymeshlab.Mesh(*torus(6, 5)), "before")
+    V, F = rough(sheet(7, 6))
+    n, m = len(V), len(F)
+    rng = np.random.default_rng(5)
+    ms.add_mesh(
+        pymeshlab.Mesh(
+            V,
+            F,
+            v_color_matrix=rng.random((n, 4)),
+            f_color_matrix=rng.random((m, 4)),
+            v_scalar_array=rng.random(n),
+            f_scalar_array=rng.random(m),
+            v_tex_coords_matrix=rng.random((n, 2)),
+            w_tex_coords_matrix=rng.random((3 * m, 2)),
+        ),
+        "laden",
+    )
+    ms.add_mesh(pymeshlab.Mesh(*torus(5, 5)), "after")
+    ms.set_current_mesh(1)
+    ms.compute_selection_by_condition_per_vertex(condselect="x > 2")
+    ms.compute_selection_by_condition_per_face(condselect="fi < 20")
+    ms.compute_matrix_from_translation_rotation_scale(translationx=3, rotationz=30, scalex=2, freeze=False)
+    ms.apply_coord_taubin_smoothing(lambda_=0.25, stepsmoothnum=1)
+    mesh = ms.current_mesh()
+    mesh.add_vertex_custom_scalar_attribute(rng.random(n), "heat")
+    mesh.add_vertex_custom_scalar_attribute(rng.random(n), "no identifier!")
+    mesh.add_face_custom_scalar_attribute(rng.random(m), "heat")
+    mesh.add_vertex_custom_point_attribute(rng.random((n, 3)), "flow")
+    return ms

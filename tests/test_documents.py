@@ -1,0 +1,27 @@
+"""What is generated is up to date, and what is shown runs."""
+
+import importlib.util
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).parent.parent
+
+
+def test_the_page_of_filters_is_that_of_the_descriptors(monkeypatch):
+    monkeypatch.syspath_prepend(str(ROOT / "scripts"))
+    monkeypatch.setattr(sys, "prefix", str(ROOT / ".venv"))  # the script must not start itself anew
+    spec = importlib.util.spec_from_file_location("make_docs", ROOT / "scripts" / "make_docs.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    assert (ROOT / "docs" / "filters.md").read_text(encoding="utf-8") == module.page(), "run scripts/make_docs.py"
+
+
+def test_the_session_script_replays_itself_and_is_closer_than_the_built_ins(tmp_path):
+    command = [sys.executable, ROOT / "scripts" / "pymeshlab_session.py", "--out", tmp_path]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert "the same to the bit" in done.stdout
+    far = {line.split()[0]: float(line.split()[2]) for line in done.stdout.splitlines() if "from the original" in line}
+    assert far["ours"] < min(far["Taubin"], far["Laplacian"])
+    assert {"session.mlx", "smoothed.ply"} == {path.name for path in tmp_path.iterdir()}
+    assert "Spectral Smooth" in (tmp_path / "session.mlx").read_text()

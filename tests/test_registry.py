@@ -1,0 +1,167 @@
+"""Our filters among pymeshlab's, and out again without a trace."""
+
+import contextlib
+import io
+import os
+import shutil
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import numpy as np
+import pymeshlab
+import pytest
+
+import meshlab_specsmooth as mss
+from meshlab_specsmooth.bridge import filters
+from tests.meshes import rough, torus
+
+MESH = rough(torus(20, 12))
+
+
+@pytest.fixture
+def registered():
+    mss.register()
+    yield
+    mss.unregister()
+
+
+def everything():
+    return {target: dict(vars(target)) for target in (pymeshlab.MeshSet, pymeshlab)}
+
+
+def test_registering_twice_is_once_and_unregistering_leaves_no_trace():
+    before = everything()
+    for _ in range(2):
+        mss.register()
+        mss.register()
+        assert hasattr(pymeshlab.MeshSet, "apply_coord_spectral_smoothing")
+        mss.unregister()
+        mss.unregister()
+        after = everything()
+        for target, names in before.items():
+            assert names.keys() == after[target].keys()
+            assert all(after[target][name] is value for name, value in names.items())
+
+
+def test_threads_may_register_at_once():
+    before = everything()
+    threads = [threading.Thread(target=mss.register if i % 2 else mss.unregister) for i in range(40)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    mss.unregister()
+    assert everything() == before
+
+
+@pytest.mark.parametrize("name", filters.FILTERS)
+def test_each_filter_is_called_in_all_the_ways_of_a_native_one(registered, name):
+    results = []
+    for call in (
+        lambda ms: getattr(ms, name)(laplacian="cotangent"),
+        lambda ms: ms.apply_filter(name, laplacian="cotangent"),
+        lambda ms: filters.FILTERS[name](ms, laplacian="cotangent"),
+    ):
+        ms = pymeshlab.MeshSet()
+        ms.add_mesh(pymeshlab.Mesh(*MESH))
+        output = call(ms)
+        assert isinstance(output, dict)
+        results.append((ms.current_mesh().vertex_matrix(), ms.current_mesh().vertex_scalar_array()))
+    for other in results[1:]:
+        assert np.array_equal(results[0][0], other[0])
+        assert np.array_equal(results[0][1], other[1])
+
+
+def printed(function, *arguments):
+    """What a pymeshlab function prints through Python."""
+    text = io.StringIO()
+    with contextlib.redirect_stdout(text):
+        function(*arguments)
+    return text.getvalue()
+
+
+def test_filters_are_found_and_listed(registered):
+    assert set(filters.FILTERS) <= set(pymeshlab.filter_list())
+    assert pymeshlab.filter_list() == sorted(pymeshlab.filter_list())
+    assert "apply_coord_taubin_smoothing" in pymeshlab.filter_list()
+    assert "apply_coord_spectral_smoothing" in printed(pymeshlab.search, "spectral")
+    assert "get_spectrum" not in printed(pymeshlab.search, "taubin")
+    assert "get_spectrum" in printed(pymeshlab.print_filter_list)
+    listed = printed(pymeshlab.print_filter_parameter_list, "apply_coord_spectral_smoothing")
+    assert "barycenter_weight : float in [0.001, 1000] = 1.0" in listed
+    with pytest.raises(pymeshlab.PyMeshLabException, match="nope filter not found"):
+        pymeshlab.print_filter_parameter_list("nope")
+
+
+def test_parameter_values_are_those_that_a_call_would_use(registered):
+    ms = pymeshlab.MeshSet()
+    ms.add_mesh(pymeshlab.Mesh(*MESH))
+    values = ms.filter_parameter_values("apply_coord_spectral_smoothing", wavelength=pymeshlab.PercentageValue(10))
+    assert values["wavelength"] == pytest.approx(0.1 * ms.current_mesh().bounding_box().diagonal())
+    assert values["selected"] is False
+    ms.set_selection_all()
+    assert ms.filter_parameter_values("apply_coord_spectral_smoothing")["selected"] is True
+    assert ms.filter_parameter_values("apply_coord_taubin_smoothing")["stepsmoothnum"] == 10
+    with pytest.raises(pymeshlab.PyMeshLabException, match="requires at least one mesh loaded"):
+        pymeshlab.MeshSet().filter_parameter_values("apply_coord_spectral_smoothing")
+
+
+def test_what_is_not_ours_goes_through(registered):
+    ms = pymeshlab.MeshSet()
+    with pytest.raises(pymeshlab.PyMeshLabException, match="Failed to apply filter: nope"):
+        ms.apply_filter("nope")
+    assert ms.create_sphere() is None
+    assert ms.apply_filter("create_sphere") == {}
+    assert ms.get_geometric_measures()["mesh_volume"] > 0
+
+
+def test_the_subclass_knows_them_without_registering():
+    ms = mss.MeshSet()
+    assert isinstance(ms, pymeshlab.MeshSet)
+    ms.add_mesh(pymeshlab.Mesh(*MESH))
+    ms.apply_coord_spectral_smoothing(modes=20)
+    ms.apply_filter("apply_coord_spectral_low_pass", modes=20)
+    ms.apply_coord_taubin_smoothing()
+    assert not hasattr(pymeshlab.MeshSet, "apply_coord_spectral_smoothing")
+    assert "mesh" in mss.MeshSet.apply_coord_spectral_smoothing.__doc__
+
+
+NATIVE_TESTS = Path(pymeshlab.__file__).parent / "tests"
+RUN_ALL = """
+import sys, io, contextlib, importlib, pathlib
+if sys.argv[1] == "registered":
+    import meshlab_specsmooth
+    meshlab_specsmooth.register()
+sys.path.insert(0, ".")
+for path in sorted(pathlib.Path("tests").glob("example_*.py")):
+    name = path.stem
+    try:
+        module = importlib.import_module("tests." + name)
+        getattr(module, name)()
+        outcome = "passed"
+    except BaseException as error:
+        outcome = type(error).__name__ + " " + str(error).splitlines()[0]
+    print("OUTCOME", name, outcome, flush=True)
+"""
+
+
+@pytest.mark.skipif(not list(NATIVE_TESTS.glob("example_*.py")), reason="this pymeshlab comes without its examples")
+def test_pymeshlab_s_own_examples_have_the_same_outcome(tmp_path):
+    outcomes = {}
+    for how in ("native", "registered"):
+        folder = tmp_path / how
+        shutil.copytree(NATIVE_TESTS, folder / "tests")
+        environment = {**os.environ, "QT_QPA_PLATFORM": "offscreen"}
+        done = subprocess.run(
+            [sys.executable, "-c", RUN_ALL, how],
+            cwd=folder,
+            capture_output=True,
+            text=True,
+            env=environment,
+            check=False,
+        )
+        outcomes[how] = [line for line in done.stdout.splitlines() if line.startswith("OUTCOME")], done.returncode
+    assert outcomes["native"] == outcomes["registered"]
+    assert sum(line.endswith("passed") for line in outcomes["native"][0]) > 10

@@ -1,0 +1,186 @@
+"""Filter scripts: ours among MeshLab's, recorded, saved, replayed, refused."""
+
+import numpy as np
+import pymeshlab
+import pytest
+
+import meshlab_specsmooth as mss
+from meshlab_specsmooth import descriptors
+from meshlab_specsmooth.bridge import filters, meshset, scripts
+from tests.meshes import rough, torus
+
+MESH = rough(torus(20, 12))
+# more digits than MeshLab's files hold
+WEIGHT = 0.312345678901234567
+
+
+def session(ms):
+    """A session that mixes MeshLab's filters and ours."""
+    ms.apply_coord_taubin_smoothing(stepsmoothnum=2)
+    mss.apply_coord_spectral_smoothing(ms, barycenter_weight=WEIGHT, wavelength=pymeshlab.PercentageValue(33.3333))
+    ms.meshing_decimation_quadric_edge_collapse(targetfacenum=400)
+    mss.apply_coord_spectral_enhancement(ms, gain=1.3)
+    ms.apply_coord_laplacian_smoothing(stepsmoothnum=1)
+    return ms.current_mesh().vertex_matrix()
+
+
+@pytest.fixture
+def recorded(tmp_path):
+    """A saved script and what it made."""
+    ms = meshset.new(*MESH)
+    result = session(ms)
+    path = tmp_path / "session.mlx"
+    ms.save_filter_script(str(path))
+    return path, result
+
+
+def test_calls_are_recorded_with_every_parameter_and_every_digit(recorded):
+    path, _ = recorded
+    script = scripts.read(path)
+    assert [step.name for step in script.steps] == [
+        "Taubin Smooth",
+        "Spectral Smooth",
+        "Simplification: Quadric Edge Collapse Decimation",
+        "Spectral Enhance",
+        "Laplacian Smooth",
+    ]
+    values = {p["name"]: p["value"] for p in script.steps[1].parameters}
+    assert float(values["barycenter_weight"]) == WEIGHT
+    assert values["selected"] == "false"
+    assert set(values) == {p.name for p in descriptors.load("apply_coord_spectral_smoothing").parameters}
+
+
+def test_a_mixed_script_replays_to_the_bit_and_is_not_recorded_anew(recorded):
+    path, result = recorded
+    ms = meshset.new(*MESH)
+    scripts.run(ms, scripts.read(path), filters.FILTERS)
+    assert np.array_equal(ms.current_mesh().vertex_matrix(), result)
+    assert scripts.of(ms).steps == ()
+
+
+@pytest.mark.parametrize("how", ["subclass", "registered"])
+def test_methods_load_and_apply_what_was_saved(recorded, how, request):
+    path, result = recorded
+    if how == "registered":
+        mss.register()
+        request.addfinalizer(mss.unregister)
+    ms = (mss if how == "subclass" else pymeshlab).MeshSet()
+    ms.add_mesh(pymeshlab.Mesh(*MESH))
+    ms.load_filter_script(str(path))
+    before = scripts.of(ms)
+    ms.apply_filter_script()
+    assert np.array_equal(ms.current_mesh().vertex_matrix(), result)
+    assert scripts.of(ms) == before
+
+
+def test_a_script_in_memory_applies_again(request):
+    ms = mss.MeshSet()
+    ms.add_mesh(pymeshlab.Mesh(*MESH))
+    session(ms)
+    ms.add_mesh(pymeshlab.Mesh(*MESH))
+    ms.apply_filter_script()
+    other = meshset.new(*MESH)
+    assert np.array_equal(ms.current_mesh().vertex_matrix(), session(other))
+
+
+def test_a_script_of_meshlab_s_own_filters_keeps_its_digits_in_memory():
+    ms, native = mss.MeshSet(), pymeshlab.MeshSet()
+    for m in (ms, native):
+        m.add_mesh(pymeshlab.Mesh(*MESH))
+        m.apply_coord_taubin_smoothing(lambda_=0.123456789, mu=-0.1334567, stepsmoothnum=3)
+        m.apply_filter_script()
+    assert np.array_equal(ms.current_mesh().vertex_matrix(), native.current_mesh().vertex_matrix())
+
+
+FROM_MESHLAB = """<!DOCTYPE FilterScript>
+<FilterScript>
+ <filter name="Laplacian Smooth">
+  <Param type="RichInt" value="2" name="stepSmoothNum" description="Smoothing steps" tooltip="steps"/>
+  <Param type="RichBool" value="true" name="Boundary" description="1D Boundary Smoothing" tooltip="b"/>
+  <Param type="RichBool" value="false" name="cotangentWeight" description="Cotangent weighting" tooltip="c"/>
+  <Param type="RichBool" value="false" name="Selected" description="Affect only selected faces" tooltip="s"/>
+ </filter>
+</FilterScript>
+"""
+
+
+def test_a_script_saved_by_meshlab_runs(tmp_path):
+    path = tmp_path / "meshlab.mlx"
+    path.write_text(FROM_MESHLAB)
+    ms, native = meshset.new(*MESH), meshset.new(*MESH)
+    scripts.run(ms, scripts.read(path), filters.FILTERS)
+    native.apply_coord_laplacian_smoothing(stepsmoothnum=2, cotangentweight=False)
+    assert np.array_equal(ms.current_mesh().vertex_matrix(), native.current_mesh().vertex_matrix())
+
+
+def ours(**parameters):
+    lines = "".join(f'\n  <Param name="{n}" value="{v}" type="RichString"/>' for n, v in parameters.items())
+    return FROM_MESHLAB.replace(
+        "</FilterScript>", f' <filter name="Spectral Smooth">{lines}\n </filter>\n</FilterScript>'
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "words"),
+    [
+        ("", 1, "not well-formed XML .no element found."),
+        (FROM_MESHLAB[:300], 6, "not well-formed"),
+        ("<Script/>", 1, "expected <FilterScript>, found <Script>"),
+        ("<FilterScript><Filter/></FilterScript>", 1, 'expected <filter name="...">, found <Filter>'),
+        (FROM_MESHLAB.replace("<Param type", "<Parm type", 1), 4, 'expected <Param name="...">, found <Parm>'),
+        (FROM_MESHLAB.replace("Laplacian Smooth", "Laplacien Smooth"), 3, "nearest known name is 'Laplacian Smooth'"),
+        (ours().replace("Spectral Smooth", "Spectral Smoth"), 9, "nearest known name is 'Spectral Smooth'"),
+        (ours(nodes=3), 9, "filter 'Spectral Smooth' has no parameter 'nodes'"),
+        (ours(modes="3.5"), 9, "modes of filter 'Spectral Smooth' is '3.5', which is no int"),
+        (ours(modes="-3"), 9, "modes of filter 'Spectral Smooth' is '-3'"),
+        (ours(response="box"), 9, "response of filter 'Spectral Smooth' is 'box', which is no enum"),
+        (ours(selected="maybe"), 9, "is 'maybe', which is no bool"),
+        (ours(barycenter_weight="nan"), 9, "barycenter_weight of filter 'Spectral Smooth' is 'nan'"),
+    ],
+)
+@pytest.mark.parametrize("how", ["run", "method"])
+def test_a_script_that_cannot_run_is_refused_before_anything_runs(tmp_path, text, line, words, how):
+    path = tmp_path / "bad.mlx"
+    path.write_text(text)
+    ms = mss.MeshSet()
+    ms.add_mesh(pymeshlab.Mesh(*MESH))
+    if how == "run":
+        with pytest.raises(mss.InvalidXml, match=rf"bad\.mlx:{line}: .*{words}"):
+            scripts.run(ms, scripts.read(path), filters.FILTERS)
+    else:
+
+        def load_and_apply():
+            ms.load_filter_script(str(path))
+            ms.apply_filter_script()
+
+        with pytest.raises(pymeshlab.PyMeshLabException, match=words):
+            load_and_apply()
+    assert np.array_equal(ms.current_mesh().vertex_matrix(), MESH[0])
+
+
+def test_a_missing_script_is_refused(tmp_path):
+    with pytest.raises(mss.FileError, match="none.mlx: cannot be read: No such file"):
+        scripts.read(tmp_path / "none.mlx")
+    with pytest.raises(pymeshlab.PyMeshLabException, match="none.mlx: cannot be read"):
+        mss.MeshSet().load_filter_script(str(tmp_path / "none.mlx"))
+
+
+def test_filters_newer_than_pymeshlab_s_table_of_names_are_known():
+    assert "generate_alpha_wrap" not in scripts._former_names().values()
+    assert scripts._is_native("Alpha Wrap")
+    assert not scripts._is_native("Alpha Warp Drive")
+
+
+def test_a_script_that_fails_half_way_keeps_the_meshset_s_own_script(recorded, monkeypatch):
+    path, _ = recorded
+    ms = meshset.new(*MESH)
+    ms.apply_coord_taubin_smoothing(stepsmoothnum=1)
+    before = scripts.of(ms)
+
+    def fail(*_, **__):
+        raise KeyboardInterrupt
+
+    failing = dict(filters.FILTERS) | {"apply_coord_spectral_enhancement": fail}
+    with pytest.raises(KeyboardInterrupt):
+        scripts.run(ms, scripts.read(path), failing)
+    assert scripts.of(ms) == before
