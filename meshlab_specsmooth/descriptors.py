@@ -18,6 +18,8 @@ from meshlab_specsmooth.xmltree import Element, InvalidXml, parse
 
 Value = bool | int | float | str
 
+_LARGEST_INT = 2**31 - 1
+
 
 @dataclass(frozen=True)
 class Length:
@@ -68,8 +70,11 @@ class Parameter:
         if self.type == "enum":
             return " | ".join(self.values)
         name = {"length": "float, PercentageValue or PureValue"}.get(self.type, self.type)
-        bounds = f" in [{self.minimum:g}, {self.maximum:g}]" if math.isfinite(self.maximum) else ""
-        return name + bounds
+        if self.type == "length" or not math.isfinite(self.minimum):
+            return name
+        if self.maximum >= _LARGEST_INT:
+            return f"{name} from {self.minimum:g}"
+        return f"{name} in [{self.minimum:g}, {self.maximum:g}]"
 
     @property
     def shown_default(self) -> str:

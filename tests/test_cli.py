@@ -32,14 +32,14 @@ def run(*arguments):
 
 def test_smooth_reads_smooths_and_writes(scan, tmp_path, capsys):
     out = tmp_path / "out.obj"
-    assert main(["smooth", str(scan), str(out), "--modes", "30", "--barycenter-weight", "0.5"]) == 0
+    assert main(["smooth", str(scan), str(out), "--modes", "31", "--barycenter-weight", "0.5"]) == 0
     V, F = meshset.pull(files.read(scan))
-    expected = mss.smooth(V, F, modes=30, barycenter_weight=0.5)
+    expected = mss.smooth(V, F, modes=31, barycenter_weight=0.5)
     written, _ = meshset.pull(files.read(out))
     assert written == pytest.approx(expected.vertices, abs=1e-6)
     printed = capsys.readouterr()
     assert "240 vertices" in printed.out
-    assert "30 modes" in printed.out
+    assert "31 modes" in printed.out
     assert printed.err == ""
 
 

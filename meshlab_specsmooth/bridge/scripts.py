@@ -192,10 +192,11 @@ def _as_script(steps: Sequence[Step]) -> str:
 
 
 def _as_xml(step: Step) -> str:
-    parameters = (" ".join(f"{name}={quoteattr(text)}" for name, text in p.items()) for p in step.parameters)
-    return (
-        f" <filter name={quoteattr(step.name)}>\n" + "".join(f"  <Param {p}/>\n" for p in parameters) + " </filter>\n"
-    )
+    lines = [f" <filter name={quoteattr(step.name)}>"]
+    for parameter in step.parameters:
+        attributes = " ".join(f"{name}={quoteattr(text)}" for name, text in parameter.items())
+        lines += [f"  <Param {attributes}/>"]
+    return "\n".join([*lines, " </filter>\n"])
 
 
 def _former_names() -> dict[str, str]:
@@ -214,9 +215,9 @@ def _is_native(name: str) -> bool:
 
     if letters(name) in {letters(former) for former in _former_names()}:
         return True
-    # The table is older than some filters. pymeshlab cannot be asked for display names, but when it is to run an unknown
-    # one, and only then, it says that something really bad happened. That is tried on an empty MeshSet in a process of
-    # its own, as some filters crash there.
+    # The table is older than some filters. pymeshlab cannot be asked for display names, but when it is to run an
+    # unknown one, and only then, it says that something really bad happened. That is tried on an empty MeshSet in a
+    # process of its own, as some filters crash there.
     with tempfile.TemporaryDirectory(prefix="specsmooth-") as folder:
         (Path(folder) / "script.mlx").write_text(_as_script([Step(name, (), 0)]), encoding="utf-8")
         command = [sys.executable, "-c", _TRY]
