@@ -28,6 +28,8 @@ def laden():
     )
     ms.add_mesh(pymeshlab.Mesh(*torus(5, 5)), "after")
     ms.set_current_mesh(1)
+    ms.compute_curvature_principal_directions_per_vertex()
+    ms.set_mesh_visibility(0, False)
     ms.compute_selection_by_condition_per_vertex(condselect="x > 2")
     ms.compute_selection_by_condition_per_face(condselect="fi < 20")
     ms.compute_matrix_from_translation_rotation_scale(translationx=3, rotationz=30, scalex=2, freeze=False)

@@ -44,6 +44,10 @@ def of_mesh(m: pymeshlab.Mesh) -> dict[str, Any]:
         state["vertex texture coordinates"] = m.vertex_tex_coord_matrix()
     if m.has_wedge_tex_coord():
         state["wedge texture coordinates"] = m.wedge_tex_coord_matrix()
+    for direction in (1, 2):
+        with contextlib.suppress(pymeshlab.MissingComponentException):
+            matrix = getattr(m, f"vertex_curvature_principal_dir{direction}_matrix")()
+            state[f"curvature direction {direction}"] = matrix
     for name in ATTRIBUTES:
         with contextlib.suppress(pymeshlab.PyMeshLabException):
             state[f"vertex attribute {name}"] = m.vertex_custom_scalar_attribute_array(name)
@@ -68,7 +72,18 @@ def of_meshset(ms: pymeshlab.MeshSet) -> dict[str, Any]:
         "current": ms.current_mesh_id() if ms.mesh_number() else None,
         "script": text,
         "meshes": [of_mesh(m) for m in ms],
+        "rasters": _rasters(ms),
     }
+
+
+def _rasters(ms: pymeshlab.MeshSet) -> str:
+    """The raster layers with their cameras, as a project file has them; pymeshlab has no other way to tell."""
+    if ms.raster_number() == 0:
+        return ""
+    with tempfile.TemporaryDirectory() as folder:
+        project = Path(folder) / "p.mlp"
+        ms.save_project(str(project))
+        return project.read_text().partition("<RasterGroup>")[2].replace(folder, "")
 
 
 def differences(before: Any, after: Any, path: str = "") -> list[str]:

@@ -6,7 +6,7 @@ import pytest
 
 import meshlab_specsmooth as mss
 from meshlab_specsmooth import descriptors
-from meshlab_specsmooth.bridge import filters, meshset
+from meshlab_specsmooth.bridge import files, filters, meshset
 from meshlab_specsmooth.bridge.parameters import resolve
 from meshlab_specsmooth.surface import vertex_normals
 from tests import state
@@ -255,6 +255,19 @@ def test_every_filter_leaves_everything_else_alone(laden, name):
     follows = {f"/meshes[1]/{part}" for part in state.FOLLOWS} if name.startswith("apply_coord") else set()
     follows |= {"/meshes[1]/vertex quality"} if name.startswith("compute_scalar") else set()
     assert set(state.differences(before, state.of_meshset(laden))) == follows | {"/script"}
+
+
+@EACH_FILTER
+def test_textures_and_raster_cameras_stay(name):
+    ms = pymeshlab.MeshSet()
+    ms.load_new_mesh(str(files.sample("bunny10k_textured.obj")))
+    ms.load_new_raster(str(files.sample("TextureDouble_A.png")))
+    before = state.of_meshset(ms)
+    assert "FocalMm" in before["rasters"]
+    assert before["meshes"][0]["textures"]
+    filters.apply(ms, name)
+    changed = {path.split("/")[-1] for path in state.differences(before, state.of_meshset(ms))}
+    assert changed <= state.FOLLOWS | {"script", "vertex quality"}
 
 
 def test_filters_and_descriptors_name_each_other():

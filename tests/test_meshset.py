@@ -64,7 +64,7 @@ def test_quads_and_polygons_survive():
 
 def test_the_script_keeps_what_was_in_it_and_nothing_is_added(laden):
     before = state.of_meshset(laden)["script"]
-    assert before.count("<filter ") == 4
+    assert before.count("<filter ") == 5
     meshset.push(laden, laden.current_mesh().vertex_matrix() + 1)
     assert state.of_meshset(laden)["script"] == before
     empty = meshset.new(*torus(5, 5))
