@@ -9,7 +9,7 @@ import pytest
 
 import meshlab_specsmooth as mss
 from meshlab_specsmooth.bridge import files, meshset
-from meshlab_specsmooth.cli import demo, main
+from meshlab_specsmooth.cli import demo, main, smooth
 from meshlab_specsmooth.cli.progress import bar
 from meshlab_specsmooth.descriptors import load, names
 from tests.meshes import rough, torus
@@ -39,7 +39,7 @@ def test_smooth_reads_smooths_and_writes(scan, tmp_path, capsys):
     assert written == pytest.approx(expected.vertices, abs=1e-6)
     printed = capsys.readouterr()
     assert "240 vertices" in printed.out
-    assert "31 modes" in printed.out
+    assert f"({expected.modes:.0f} modes)" in printed.out
     assert printed.err == ""
 
 
@@ -87,6 +87,24 @@ def test_errors_are_one_line_and_an_exit_code(scan, tmp_path, arguments, code, w
     assert "Traceback" not in err
     assert [line for line in err.splitlines() if line.startswith("specsmooth")] == err.splitlines()[-1:]
     assert [file.name for file in tmp_path.iterdir()] == ["scan.ply"]
+
+
+@pytest.mark.parametrize("name", ["out.xyzzy", "none/out.ply"])
+def test_smooth_refuses_its_target_before_it_computes(scan, tmp_path, monkeypatch, capsys, name):
+    def compute(*_, **__):
+        raise AssertionError("it read or computed first")
+
+    monkeypatch.setattr(files, "read", compute)
+    monkeypatch.setattr(smooth.filters, "apply_coord_spectral_smoothing", compute)
+    assert main(["smooth", str(scan), str(tmp_path / name)]) == 1
+    assert name in capsys.readouterr().err
+
+
+def test_smooth_keeps_the_textures(tmp_path):
+    sample = files.sample("bunny10k_textured.obj")
+    assert main(["smooth", str(sample), str(tmp_path / "o.obj"), "--modes", "50"]) == 0
+    texture = sample.with_name("TextureDouble_A.png")
+    assert (tmp_path / texture.name).read_bytes() == texture.read_bytes()
 
 
 def test_an_interrupt_is_a_failure_that_says_what_was_left(scan, tmp_path, monkeypatch, capsys):

@@ -3,83 +3,275 @@
 from __future__ import annotations
 
 import contextlib
+import filecmp
+import itertools
 import os
+import shutil
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pymeshlab
 
 from meshlab_specsmooth.errors import FileError
+
+# formats that name no texture
+_UNTEXTURED = {".stl", ".off", ".xyz", ".dxf"}
+# what pymeshlab calls, and puts in place of, every texture that it cannot read; the texture's own name is lost
+_DUMMY = "dummy.png"
+# an image that pymeshlab reads whatever the ending of its name, and of a size that no texture has
+_STAND_IN_SIZE = (1, 997)
+_STAND_IN = b"P4 %d %d\n" % _STAND_IN_SIZE + bytes(997)
 
 
 def read(path: str | os.PathLike[str]) -> pymeshlab.MeshSet:
     """A new MeshSet with the mesh of a file, in any format that pymeshlab reads.
 
+    Textures that pymeshlab cannot read (JPEG, or a file that is not there) keep their names, but have no
+    image; give :func:`write` the file that the mesh came from, and it takes its textures from there.
+
     Raises
     ------
     FileError
-        There is no such file, or pymeshlab cannot read it.
+        There is no such file, pymeshlab cannot read it, it holds several meshes or none, or a texture would be lost.
     """
-    if not Path(path).is_file():
-        raise FileError(f"{path}: no such file")
+    source = Path(path)
+    with _as_file_error(source, "read"):
+        if not source.is_file():
+            raise FileError(f"{path}: no such file")
+        ms = _load(source)
+        if ms.mesh_number() != 1:
+            raise FileError(f"{path}: holds {ms.mesh_number()} meshes; save each as a file of its own")
+        if not _lost_a_texture(ms, source):
+            return ms
+        with tempfile.TemporaryDirectory(prefix="specsmooth-") as folder:
+            ms = _load(_with_stand_ins(source, Path(folder)))
+        if _lost_a_texture(ms, source):
+            names = ", ".join(_texture_names(source)) or "(of unknown name)"
+            raise FileError(f"{path}: pymeshlab cannot read its texture {names}; convert it to PNG, beside the mesh")
+        return ms
+
+
+def _load(path: Path) -> pymeshlab.MeshSet:
     ms = pymeshlab.MeshSet()
-    try:
-        ms.load_new_mesh(str(path))
-    except pymeshlab.PyMeshLabException as error:
-        raise FileError(f"{path}: cannot be read: {_one_line(error)}") from error
+    ms.load_new_mesh(str(path))
     return ms
 
 
-def write(ms: pymeshlab.MeshSet, path: str | os.PathLike[str]) -> None:
+def _lost_a_texture(ms: pymeshlab.MeshSet, source: Path) -> bool:
+    is_really_called_so = (source.parent / _DUMMY).is_file()
+    return _DUMMY in ms.current_mesh().textures() and not is_really_called_so
+
+
+def _with_stand_ins(source: Path, folder: Path) -> Path:
+    """A copy of a mesh file in another folder, where each of its textures is an image that pymeshlab can read."""
+    for name in _texture_names(source):
+        if _is_inside(name):
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            (folder / name).write_bytes(_STAND_IN)
+    for name in _material_names(source):
+        if _is_inside(name) and (source.parent / name).is_file():
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(source.parent / name, folder / name)
+    return Path(shutil.copyfile(source, folder / source.name))
+
+
+def _texture_names(source: Path) -> list[str]:
+    """The textures that an OBJ (by way of its materials) or a PLY file refers to, relative to its folder."""
+    if source.suffix.lower() == ".ply":
+        with source.open("rb") as file:
+            header = itertools.takewhile(lambda line: line.strip() != b"end_header", file)
+            return _values(header, b"comment TextureFile")
+    names = []
+    for material in _material_names(source):
+        if (source.parent / material).is_file():
+            with (source.parent / material).open("rb") as file:
+                names += _values(file, b"map_Kd")
+    return [name.replace("\\", "/") for name in names]  # as pymeshlab reads them
+
+
+def _material_names(source: Path) -> list[str]:
+    if source.suffix.lower() != ".obj":
+        return []
+    with source.open("rb") as file:
+        return _values(file, b"mtllib")
+
+
+def _values(lines: Iterable[bytes], key: bytes) -> list[str]:
+    """What follows a keyword, on each line that starts with it."""
+    stripped = (line.strip() for line in lines)
+    return [os.fsdecode(line[len(key) :].strip()) for line in stripped if line.startswith((key + b" ", key + b"\t"))]
+
+
+def _is_inside(name: str) -> bool:
+    """Whether a relative path stays in its folder."""
+    return not Path(name).is_absolute() and ".." not in Path(name).parts
+
+
+def write(ms: pymeshlab.MeshSet, path: str | os.PathLike[str], source: str | os.PathLike[str] | None = None) -> None:
     """Write the current mesh, in any format that pymeshlab writes.
 
     It is written into a temporary folder beside the target, with all that belongs to it (materials, textures), and
-    moved from there, the mesh last: the target is the old file or the whole new one, never a part.
+    moved from there, the mesh last: the target is the old file or the whole new one, never a part. Where the target is
+    a link, that is the file which it points to. Only the target itself and an OBJ file's materials (its name and
+    ``.mtl``) are ever replaced: a texture of the same name as another file is an error, unless they are equal.
+
+    Parameters
+    ----------
+    ms : pymeshlab.MeshSet
+    path : path
+        Its ending says the format.
+    source : path, optional
+        The file that the mesh was read from: textures beside it are taken as they are. Without it pymeshlab encodes
+        them anew.
 
     Raises
     ------
     FileError
-        The folder is missing or not writable, or pymeshlab cannot write the format.
+        The folder is missing or not writable, pymeshlab cannot write the format, or a texture cannot be written
+        without replacing another file.
     """
-    with _replacing(path) as part:
-        try:
-            ms.save_current_mesh(str(part))
-        except pymeshlab.PyMeshLabException as error:
-            raise FileError(f"{path}: cannot be written: {_one_line(error)}") from error
+    target = check_target(path)
+    with replacing(target) as part:
+        _save(ms, part)
+        if part.suffix.lower() not in _UNTEXTURED:
+            origin = None if source is None else Path(source)
+            _lay_textures(ms.current_mesh().textures(), origin, part.parent, target.parent)
+
+
+def _save(ms: pymeshlab.MeshSet, path: Path) -> None:
+    """Save the current mesh without its textures, in an empty folder."""
+    ms.save_current_mesh(str(path), save_textures=False)
+    if not path.is_file():  # .u3d: it is said to be written, and is not
+        raise pymeshlab.PyMeshLabException(f"pymeshlab writes no {path.suffix} file")
+
+
+def _lay_textures(textures: dict[str, Any], source: Path | None, folder: Path, destination: Path) -> None:
+    """Put the textures into the folder of a mesh that will end up in the destination."""
+    originals = {} if source is None else _originals(textures, source)
+    for name, image in textures.items():
+        original = originals.get(name)
+        if original is not None and original.resolve() == (destination / name).resolve():
+            continue  # it lies where it belongs
+        if not _is_inside(name):
+            raise FileError(f"{destination / name}: a texture outside of the mesh's folder; write beside the input")
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        if original is None:
+            if name == _DUMMY or (image.width(), image.height()) == _STAND_IN_SIZE:
+                raise FileError(f"{destination / name}: a texture that pymeshlab could not read, and would write empty")
+            image.save(str(folder / name))
+        elif original.is_file():  # else the input refers to a file that is not there, and so does the output
+            shutil.copyfile(original, folder / name)
+
+
+def _originals(textures: Iterable[str], source: Path) -> dict[str, Path]:
+    """Textures that are files beside the source, or would be if they were there; the others came inside of it."""
+    named = _texture_names(source)
+    return {name: source.parent / name for name in textures if name in named or (source.parent / name).is_file()}
 
 
 def write_text(path: str | os.PathLike[str], text: str) -> None:
     """Write a text file whole or not at all; raises :class:`FileError`."""
-    with _replacing(path) as part:
+    with replacing(path) as part:
         part.write_text(text, encoding="utf-8")
 
 
 @contextlib.contextmanager
-def _replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """A file of that name in a temporary folder beside the target, moved there in the end, companions first."""
-    target = check_target(path)
+def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """A file to write in a temporary folder beside the target; all that is there in the end is moved to the target's.
+
+    Companions go first and the file itself last, so that it never refers to what is not there. A companion that would
+    replace a file of other content is an error, and nothing is moved; the materials of an OBJ file are its own.
+
+    Raises
+    ------
+    FileError
+        See :func:`check_place`; or the operating system, or pymeshlab, refuses.
+    """
+    target = check_place(path)
+    with (
+        _as_file_error(target, "written"),
+        tempfile.TemporaryDirectory(prefix=".specsmooth-", dir=target.parent) as folder,
+    ):
+        part = Path(folder) / target.name
+        yield part
+        for companion in _new_companions(part, target):
+            place = target.parent / companion.relative_to(folder)
+            place.parent.mkdir(parents=True, exist_ok=True)
+            companion.replace(place)
+        part.replace(target)
+
+
+def _new_companions(part: Path, target: Path) -> list[Path]:
+    """Files beside the part that are not yet beside the target; raises where another file is in the way."""
+    new = []
+    for companion in sorted(file for file in part.parent.rglob("*") if file.is_file() and file != part):
+        place = target.parent / companion.relative_to(part.parent)
+        if not place.exists() or companion.name == f"{target.name}.mtl":
+            new.append(companion)
+        elif not (place.is_file() and filecmp.cmp(companion, place, shallow=False)):
+            raise FileError(f"{place}: another file of that name belongs to {target.name}; write to another folder")
+    return new
+
+
+@contextlib.contextmanager
+def _as_file_error(path: Path, done: str) -> Iterator[None]:
+    """What the operating system and pymeshlab raise, as one line that names the file."""
     try:
-        with tempfile.TemporaryDirectory(prefix=".specsmooth-", dir=target.parent) as folder:
-            part = Path(folder) / target.name
-            yield part
-            companions = [file for file in Path(folder).iterdir() if file != part]
-            for file in [*companions, part]:
-                file.replace(target.parent / file.name)
+        yield
+    except FileError:
+        raise
     except OSError as error:
-        if isinstance(error, FileError):
-            raise
-        raise FileError(f"{target}: cannot be written: {error.strerror}") from error
+        raise FileError(f"{path}: cannot be {done}: {error.strerror}") from error
+    except pymeshlab.PyMeshLabException as error:
+        raise FileError(f"{path}: cannot be {done}: {_one_line(error)}") from error
 
 
 def check_target(path: str | os.PathLike[str]) -> Path:
-    """Refuse a path that cannot be written to, before any work is done for it; raises :class:`FileError`."""
-    target = Path(path)
-    if target.is_dir():
-        raise FileError(f"{target}: is a folder")
-    if not target.parent.is_dir():
-        raise FileError(f"{target}: there is no folder {target.parent}")
+    """Refuse a mesh file that cannot be written, before any work is done for it.
+
+    Returns
+    -------
+    Path
+        The file that will be written; see :func:`check_place`.
+
+    Raises
+    ------
+    FileError
+        See :func:`check_place`; or pymeshlab writes no files of that ending.
+    """
+    target = check_place(path)
+    triangle = pymeshlab.MeshSet()
+    triangle.add_mesh(pymeshlab.Mesh(np.eye(3), np.array([[0, 1, 2]])))
+    with _as_file_error(target, "written"), tempfile.TemporaryDirectory(prefix="specsmooth-") as folder:
+        _save(triangle, Path(folder) / f"trial{target.suffix}")
     return target
+
+
+def check_place(path: str | os.PathLike[str]) -> Path:
+    """Refuse a path that no file can be written to, before any work is done for it.
+
+    Returns
+    -------
+    Path
+        The file that will be written: what a link points to, in the end.
+
+    Raises
+    ------
+    FileError
+        It is a folder, or its own folder is missing or not writable.
+    """
+    with _as_file_error(Path(path), "written"):
+        target = Path(os.path.realpath(path))
+        if target.is_dir():
+            raise FileError(f"{path}: is a folder")
+        if not target.parent.is_dir():
+            raise FileError(f"{path}: there is no folder {target.parent}")
+        if not os.access(target.parent, os.W_OK | os.X_OK):
+            raise FileError(f"{path}: the folder {target.parent} is not writable")
+        return target
 
 
 def sample(name: str) -> Path:

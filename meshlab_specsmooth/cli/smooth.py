@@ -34,7 +34,7 @@ def run(arguments: argparse.Namespace) -> None:
         report = filters.apply_coord_spectral_smoothing(
             ms, **given_parameters(arguments, _DESCRIPTOR), progress=progress
         )
-    files.write(ms, arguments.output)
+    files.write(ms, arguments.output, source=arguments.input)
     print(
         f"{arguments.output}: {ms.current_mesh().vertex_number()} vertices, kept waves longer than "
         f"{report['wavelength']:.4g} ({report['modes']:.0f} modes), moved vertices by "
