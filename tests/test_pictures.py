@@ -36,6 +36,16 @@ def test_a_picture_shows_each_surface_in_its_place(tmp_path):
     assert [file.name for file in tmp_path.iterdir()] == ["picture.png"]
 
 
+def test_a_folder_in_the_place_of_the_picture_is_an_error_and_leaves_nothing(tmp_path):
+    surface = mss.Surface(*torus(8, 6))
+    (tmp_path / "p.png").mkdir()
+    with pytest.raises(mss.FileError, match="p.png: is a folder"):
+        picture(tmp_path / "p.png", [Panel("", surface)], [front(surface)])
+    with pytest.raises(mss.FileError, match="there is no folder"):
+        picture(tmp_path / "none" / "p.png", [Panel("", surface)], [front(surface)])
+    assert [file.name for file in tmp_path.rglob("*")] == ["p.png"]
+
+
 def test_without_the_renderer_the_extra_is_named(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "pyvista", None)
     with pytest.raises(mss.MissingExtra, match=r"pip install 'meshlab-specsmooth\[report\]'"):

@@ -6,11 +6,11 @@ import os
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from meshlab_specsmooth.bridge import files
 from meshlab_specsmooth.errors import MissingExtra
 from meshlab_specsmooth.surface import Floats, Surface
 
@@ -67,6 +67,8 @@ def picture(path: str | os.PathLike[str], panels: Sequence[Panel], views: Sequen
     ------
     MissingExtra
         PyVista is not installed.
+    FileError
+        The file cannot be written.
     """
     try:
         import pyvista
@@ -85,11 +87,8 @@ def picture(path: str | os.PathLike[str], panels: Sequence[Panel], views: Sequen
                 _draw(plotter, pyvista, mesh, view)
                 if row == 0:
                     plotter.add_text(panel.title, position="upper_edge", font_size=9, color="black")
-        target = Path(path)
-        # the renderer goes by the name's ending, so the part file keeps it
-        part = target.with_name(f".part-{target.name}")
-        plotter.screenshot(str(part))
-        part.replace(target)
+        with files.replacing(path) as part:
+            plotter.screenshot(str(part))
     finally:
         plotter.close()
 
