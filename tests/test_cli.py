@@ -181,6 +181,34 @@ def test_the_demo_says_which_folder_cannot_be_made(tmp_path):
     assert err == f"specsmooth: {tmp_path / 'file' / 'sub'}: cannot be made: Not a directory\n"
 
 
+@pytest.mark.parametrize(
+    ("option", "value", "problem"),
+    [
+        ("--noise", "nan", "nan is not a finite number from 0"),
+        ("--noise", "inf", "inf is not a finite number from 0"),
+        ("--noise", "-0.2", "-0.2 is not a finite number from 0"),
+        ("--noise", "much", "invalid noise value: 'much'"),
+        ("--seed", "-1", "-1 is less than 0"),
+        ("--seed", "1.5", "invalid seed value: '1.5'"),
+    ],
+)
+def test_the_demo_refuses_noise_and_seeds_that_there_are_not(tmp_path, capsys, option, value, problem):
+    with pytest.raises(SystemExit) as ended:
+        main(["demo", "--out", str(tmp_path / "out"), option, value])
+    assert ended.value.code == 2
+    assert capsys.readouterr().err.splitlines()[-1] == f"specsmooth demo: error: argument {option}: {problem}"
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", ["bunny.png", "table.txt"])
+def test_the_demo_refuses_a_folder_in_the_place_of_its_files_before_it_computes(tmp_path, monkeypatch, capsys, name):
+    monkeypatch.setattr(demo, "side_by_side", None)  # not callable
+    (tmp_path / name).mkdir()
+    assert main(["demo", "--out", str(tmp_path)]) == 1
+    assert capsys.readouterr().err == f"specsmooth: {tmp_path / name}: is a folder\n"
+    assert [file.name for file in tmp_path.iterdir()] == [name]
+
+
 def test_the_console_script_is_installed(scan):
     script = Path(sys.executable).with_name("specsmooth")
     done = subprocess.run([script, "--version"], capture_output=True, text=True, check=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import textwrap
 from pathlib import Path
 
@@ -38,8 +39,25 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--out", metavar="DIR", default="demo", help="folder for the picture and the table (default: demo)"
     )
-    parser.add_argument("--noise", metavar="X", type=float, default=0.2, help="noise in mean edges (default: 0.2)")
-    parser.add_argument("--seed", metavar="N", type=int, default=1, help="seed of the noise (default: 1)")
+    parser.add_argument("--noise", metavar="X", type=_noise, default=0.2, help="noise in mean edges (default: 0.2)")
+    parser.add_argument("--seed", metavar="N", type=_seed, default=1, help="seed of the noise (default: 1)")
+
+
+def _noise(text: str) -> float:
+    level = float(text)
+    if not 0 <= level < math.inf:
+        raise argparse.ArgumentTypeError(f"{text} is not a finite number from 0")
+    return level
+
+
+def _seed(text: str) -> int:
+    seed = int(text)
+    if seed < 0:
+        raise argparse.ArgumentTypeError(f"{text} is less than 0")
+    return seed
+
+
+_noise.__name__, _seed.__name__ = "noise", "seed"  # as argparse puts them into "invalid seed value"
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -49,6 +67,8 @@ def run(arguments: argparse.Namespace) -> None:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise FileError(f"{out}: cannot be made: {error.strerror}") from error
+    for name in ("table.txt", "bunny.png"):
+        files.check_place(out / name)
     truth = Surface(*meshset.pull(files.read(files.sample("bunny.obj"))))
     noisy = Surface(add_noise(truth, arguments.noise, arguments.seed), truth.faces)
     rows = [measure("noisy", "", noisy, truth, 0.0)]
