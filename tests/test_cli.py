@@ -1,6 +1,9 @@
 import io
+import os
+import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -107,13 +110,99 @@ def test_smooth_keeps_the_textures(tmp_path):
     assert (tmp_path / texture.name).read_bytes() == texture.read_bytes()
 
 
-def test_an_interrupt_is_a_failure_that_says_what_was_left(scan, tmp_path, monkeypatch, capsys):
+def test_an_interrupt_is_a_failure_without_a_traceback(scan, tmp_path, monkeypatch, capsys):
     def interrupt(*_, **__):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(files, "read", interrupt)
     assert main(["smooth", str(scan), str(tmp_path / "o.ply")]) == 1
-    assert capsys.readouterr().err == "specsmooth: interrupted; nothing was written\n"
+    assert capsys.readouterr().err == "specsmooth: interrupted\n"
+
+
+def shell(command, *arguments):
+    """Exit code and standard error of a shell command in which "$@" is the command line with these arguments."""
+    line = [sys.executable, "-m", "meshlab_specsmooth", *map(str, arguments)]
+    bash = ["/bin/bash", "-o", "pipefail", "-c", command, "-", *line]
+    buffered = {**os.environ, "PYTHONUNBUFFERED": ""}  # unbuffered, argparse itself swallows errors of its help
+    done = subprocess.run(bash, capture_output=True, text=True, check=False, env=buffered)
+    return done.returncode, done.stderr
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a shell of POSIX")
+@pytest.mark.parametrize(
+    ("command", "problem"),
+    [
+        ('"$@" | true', ""),
+        ('"$@" >&-', "specsmooth: standard output is closed\n"),
+        pytest.param(
+            '"$@" >/dev/full',
+            "specsmooth: standard output: No space left on device\n",
+            marks=pytest.mark.skipif(not Path("/dev/full").exists(), reason="a device of Linux"),
+        ),
+        ('"$@" 2>&- >&-', ""),
+    ],
+)
+@pytest.mark.parametrize("what", ["smooth", "help"])
+def test_an_output_that_cannot_be_printed_is_a_failure_without_a_traceback(scan, tmp_path, command, problem, what):
+    # true is gone before anything is printed, as Python takes longer to start
+    arguments = ["smooth", scan, tmp_path / "o.ply"] if what == "smooth" else ["--help"]
+    assert shell(command, *arguments) == (1, problem)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a shell of POSIX")
+def test_a_closed_standard_error_is_no_failure(scan, tmp_path):
+    assert shell('"$@" 2>&-', "smooth", scan, tmp_path / "o.ply") == (0, "")
+    assert (tmp_path / "o.ply").is_file()
+
+
+def test_an_error_of_the_operating_system_is_one_line(scan, tmp_path, monkeypatch, capsys):
+    def refuse(*_, **__):
+        raise PermissionError(13, "Permission denied", "some/file")
+
+    monkeypatch.setattr(files, "read", refuse)
+    assert main(["smooth", str(scan), str(tmp_path / "o.ply")]) == 1
+    assert capsys.readouterr().err == "specsmooth: some/file: Permission denied\n"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP"])
+def test_a_signal_leaves_nothing_behind(scan, tmp_path, monkeypatch, name):
+    number = getattr(signal, name)
+
+    def end_it(*_, **__):
+        assert len(list(tmp_path.glob(".specsmooth-*"))) == 1
+        os.kill(os.getpid(), number)
+        time.sleep(5)
+
+    monkeypatch.setattr(files, "_save", lambda *_: None)  # by check_target
+    monkeypatch.setattr(files, "_lay_textures", end_it)
+    with pytest.raises(SystemExit) as ended:
+        main(["smooth", str(scan), str(tmp_path / "o.ply")])
+    assert ended.value.code == 128 + number
+    assert [file.name for file in tmp_path.iterdir()] == ["scan.ply"]
+    assert signal.getsignal(number) is signal.SIG_DFL
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+def test_signals_that_are_taken_or_ignored_stay_so_and_threads_have_none(scan, tmp_path, monkeypatch):
+    seen = []
+
+    def look(target):
+        seen.append(signal.getsignal(signal.SIGHUP))
+        return files.check_place(target)
+
+    monkeypatch.setattr(smooth.files, "check_target", look)
+    arguments = ["smooth", str(scan), str(tmp_path)]  # a folder: the end comes early
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        assert main(arguments) == 1
+        assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGHUP, before)
+    thread = threading.Thread(target=main, args=(arguments,))
+    thread.start()
+    thread.join()
+    assert seen == [signal.SIG_IGN, signal.SIG_DFL]
 
 
 def test_version_and_help():

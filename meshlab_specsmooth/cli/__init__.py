@@ -3,8 +3,14 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
+import os
+import signal
 import sys
-from collections.abc import Sequence
+import threading
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from types import FrameType
 
 from meshlab_specsmooth.bridge.parameters import PyMeshLabException
 from meshlab_specsmooth.cli import demo, filters, run, smooth
@@ -18,6 +24,46 @@ _COMMANDS = {"smooth": smooth, "run": run, "filters": filters, "demo": demo}
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run ``specsmooth`` with these arguments (those of the process by default); returns the exit code."""
+    if sys.stderr is None:  # closed (2>&-)
+        sys.stderr = Path(os.devnull).open("w", encoding="utf-8")  # noqa: SIM115 (for as long as the process)
+    if sys.stdout is None:  # closed (>&-): the next file to be opened would get its number, and all that C++ prints
+        return _complain("standard output is closed", FAILED)
+    try:
+        with _signals_end_it():
+            _run(arguments)
+    except (PyMeshLabException, InvalidParameter) as error:
+        return _complain(error, USAGE)
+    except SpecsmoothError as error:
+        return _complain(error, FAILED)
+    except BrokenPipeError:  # whoever read the output has seen enough
+        return FAILED
+    except OSError as error:
+        return _complain(f"{error.filename or 'standard output'}: {error.strerror}", FAILED)
+    except KeyboardInterrupt:
+        return _complain("interrupted", FAILED)
+    return DONE
+
+
+def _run(arguments: Sequence[str] | None) -> None:
+    try:
+        given = _parser().parse_args(arguments)
+        given.run(given)
+    finally:
+        _flush()
+
+
+def _flush() -> None:
+    """Write out what was printed, while an error can still be told; at the exit of Python it no longer can."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, sys.stdout.fileno())  # or Python tries once more, in vain
+        os.close(nowhere)
+        raise
+
+
+def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="specsmooth",
         description="Spectral mesh smoothing with barycentre constraints, for meshes of any format that MeshLab reads.",
@@ -35,19 +81,33 @@ def main(arguments: Sequence[str] | None = None) -> int:
         )
         command.add_arguments(subparser)
         subparser.set_defaults(run=command.run)
-    given = parser.parse_args(arguments)
+    return parser
+
+
+@contextlib.contextmanager
+def _signals_end_it() -> Iterator[None]:
+    """Let signals that end the process unwind it, so that temporary folders are removed.
+
+    Not in a thread, where Python allows no handlers, and not where the process was told to do otherwise (nohup).
+    """
+    names = [name for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]  # Windows has no SIGHUP
+    numbers = [getattr(signal, name) for name in names]
+    if threading.current_thread() is not threading.main_thread():
+        numbers = []
+    ours = [number for number in numbers if signal.getsignal(number) is signal.SIG_DFL]
+    for number in ours:
+        signal.signal(number, _end)
     try:
-        given.run(given)
-    except (PyMeshLabException, InvalidParameter) as error:
-        return _complain(error, USAGE)
-    except SpecsmoothError as error:
-        return _complain(error, FAILED)
-    except KeyboardInterrupt:
-        print("specsmooth: interrupted; nothing was written", file=sys.stderr)
-        return FAILED
-    return DONE
+        yield
+    finally:
+        for number in ours:
+            signal.signal(number, signal.SIG_DFL)
 
 
-def _complain(error: Exception, code: int) -> int:
-    print("specsmooth:", " ".join(str(error).split()), file=sys.stderr)
+def _end(number: int, frame: FrameType | None) -> None:
+    raise SystemExit(128 + number)
+
+
+def _complain(problem: object, code: int) -> int:
+    print("specsmooth:", " ".join(str(problem).split()), file=sys.stderr)
     return code
