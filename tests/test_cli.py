@@ -8,6 +8,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+import pymeshlab
 import pytest
 
 import meshlab_specsmooth as mss
@@ -101,6 +102,15 @@ def test_smooth_refuses_its_target_before_it_computes(scan, tmp_path, monkeypatc
     monkeypatch.setattr(smooth.filters, "apply_coord_spectral_smoothing", compute)
     assert main(["smooth", str(scan), str(tmp_path / name)]) == 1
     assert name in capsys.readouterr().err
+
+
+def test_an_error_of_meshlab_while_it_works_is_a_failure_and_no_wrong_usage(scan, tmp_path, monkeypatch, capsys):
+    def fail(*_, **__):
+        raise pymeshlab.PyMeshLabException("Failed to apply filter:\nout of luck")
+
+    monkeypatch.setattr(smooth.filters, "apply_coord_spectral_smoothing", fail)
+    assert main(["smooth", str(scan), str(tmp_path / "o.ply")]) == 1
+    assert capsys.readouterr().err == "specsmooth: Failed to apply filter: out of luck\n"
 
 
 def test_smooth_keeps_the_textures(tmp_path):

@@ -31,9 +31,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         with _signals_end_it():
             _run(arguments)
-    except (PyMeshLabException, InvalidParameter) as error:
+    except InvalidParameter as error:
         return _complain(error, USAGE)
-    except SpecsmoothError as error:
+    except (PyMeshLabException, SpecsmoothError) as error:
         return _complain(error, FAILED)
     except BrokenPipeError:  # whoever read the output has seen enough
         return FAILED

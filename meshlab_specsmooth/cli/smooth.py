@@ -6,8 +6,10 @@ import argparse
 
 from meshlab_specsmooth import descriptors
 from meshlab_specsmooth.bridge import files, filters
+from meshlab_specsmooth.bridge.parameters import PyMeshLabException, resolve
 from meshlab_specsmooth.cli.options import add_options, given_parameters
 from meshlab_specsmooth.cli.progress import bar
+from meshlab_specsmooth.errors import InvalidParameter
 
 _DESCRIPTOR = descriptors.load("apply_coord_spectral_smoothing")
 
@@ -30,10 +32,13 @@ def run(arguments: argparse.Namespace) -> None:
     """Read, smooth, write, and say what was done."""
     files.check_target(arguments.output)
     ms = files.read(arguments.input)
+    given = given_parameters(arguments, _DESCRIPTOR)
+    try:
+        resolve(_DESCRIPTOR, given, ms)
+    except PyMeshLabException as error:  # wrong usage; what MeshLab raises from here on is a failure
+        raise InvalidParameter(str(error)) from error
     with bar("smoothing") as progress:
-        report = filters.apply_coord_spectral_smoothing(
-            ms, **given_parameters(arguments, _DESCRIPTOR), progress=progress
-        )
+        report = filters.apply_coord_spectral_smoothing(ms, **given, progress=progress)
     files.write(ms, arguments.output, source=arguments.input)
     print(
         f"{arguments.output}: {ms.current_mesh().vertex_number()} vertices, kept waves longer than "
