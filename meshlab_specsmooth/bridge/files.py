@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import filecmp
-import itertools
 import os
 import shutil
 import tempfile
@@ -15,6 +14,7 @@ from typing import Any
 import numpy as np
 import pymeshlab
 
+from meshlab_specsmooth.bridge.textures import is_inside, material_names, texture_names
 from meshlab_specsmooth.errors import FileError
 
 # formats that name no texture
@@ -49,7 +49,7 @@ def read(path: str | os.PathLike[str]) -> pymeshlab.MeshSet:
         with tempfile.TemporaryDirectory(prefix="specsmooth-") as folder:
             ms = _load(_with_stand_ins(source, Path(folder)))
         if _lost_a_texture(ms, source):
-            names = ", ".join(_texture_names(source)) or "(of unknown name)"
+            names = ", ".join(texture_names(source)) or "(of unknown name)"
             raise FileError(f"{path}: pymeshlab cannot read its texture {names}; convert it to PNG, beside the mesh")
         return ms
 
@@ -67,47 +67,15 @@ def _lost_a_texture(ms: pymeshlab.MeshSet, source: Path) -> bool:
 
 def _with_stand_ins(source: Path, folder: Path) -> Path:
     """A copy of a mesh file in another folder, where each of its textures is an image that pymeshlab can read."""
-    for name in _texture_names(source):
-        if _is_inside(name):
+    for name in texture_names(source):
+        if is_inside(name):
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
             (folder / name).write_bytes(_STAND_IN)
-    for name in _material_names(source):
-        if _is_inside(name) and (source.parent / name).is_file():
+    for name in material_names(source):
+        if is_inside(name) and (source.parent / name).is_file():
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(source.parent / name, folder / name)
     return Path(shutil.copyfile(source, folder / source.name))
-
-
-def _texture_names(source: Path) -> list[str]:
-    """The textures that an OBJ (by way of its materials) or a PLY file refers to, relative to its folder."""
-    if source.suffix.lower() == ".ply":
-        with source.open("rb") as file:
-            header = itertools.takewhile(lambda line: line.strip() != b"end_header", file)
-            return _values(header, b"comment TextureFile")
-    names = []
-    for material in _material_names(source):
-        if (source.parent / material).is_file():
-            with (source.parent / material).open("rb") as file:
-                names += _values(file, b"map_Kd")
-    return [name.replace("\\", "/") for name in names]  # as pymeshlab reads them
-
-
-def _material_names(source: Path) -> list[str]:
-    if source.suffix.lower() != ".obj":
-        return []
-    with source.open("rb") as file:
-        return _values(file, b"mtllib")
-
-
-def _values(lines: Iterable[bytes], key: bytes) -> list[str]:
-    """What follows a keyword, on each line that starts with it."""
-    stripped = (line.strip() for line in lines)
-    return [os.fsdecode(line[len(key) :].strip()) for line in stripped if line.startswith((key + b" ", key + b"\t"))]
-
-
-def _is_inside(name: str) -> bool:
-    """Whether a relative path stays in its folder."""
-    return not Path(name).is_absolute() and ".." not in Path(name).parts
 
 
 def write(ms: pymeshlab.MeshSet, path: str | os.PathLike[str], source: str | os.PathLike[str] | None = None) -> None:
@@ -155,7 +123,7 @@ def _lay_textures(textures: dict[str, Any], source: Path | None, folder: Path, d
         original = originals.get(name)
         if original is not None and original.resolve() == (destination / name).resolve():
             continue  # it lies where it belongs
-        if not _is_inside(name):
+        if not is_inside(name):
             raise FileError(f"{destination / name}: a texture outside of the mesh's folder; write beside the input")
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         if original is None:
@@ -168,7 +136,7 @@ def _lay_textures(textures: dict[str, Any], source: Path | None, folder: Path, d
 
 def _originals(textures: Iterable[str], source: Path) -> dict[str, Path]:
     """Textures that are files beside the source, or would be if they were there; the others came inside of it."""
-    named = _texture_names(source)
+    named = texture_names(source)
     return {name: source.parent / name for name in textures if name in named or (source.parent / name).is_file()}
 
 

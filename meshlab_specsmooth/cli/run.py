@@ -28,5 +28,5 @@ def run(arguments: argparse.Namespace) -> None:
     scripts.check(script)
     ms = files.read(arguments.input)
     scripts.run(ms, script, FILTERS)
-    files.write(ms, arguments.output)
+    files.write(ms, arguments.output, source=arguments.input)
     print(f"{arguments.output}: {', '.join(step.name for step in script.steps)}")
