@@ -1,7 +1,8 @@
 """The environment that the other scripts run in, made by Python's standard library alone.
 
 A script calls ``enter(extra)`` first. Outside the environment (``.venv`` in the clone) this makes it, installs the
-package with that extra, and starts the script again inside; inside, it returns at once.
+package with that extra, and starts the script again inside; inside, it returns at once if that extra is installed, and
+installs it if not, as in an environment that was made by hand or for another script.
 """
 
 import ctypes
@@ -22,12 +23,13 @@ SYSTEM_LIBRARIES = {"libGL.so.1": "libgl1", "libOpenGL.so.0": "libopengl0", "lib
 
 def enter(extra: str) -> None:
     """Be in an environment where the package is installed with ``extra``."""
-    if Path(sys.prefix).resolve() == ENVIRONMENT.resolve():
-        return
     if sys.version_info < (3, 10):
         sys.exit(f"Python 3.10 or newer is needed; this is {sys.version.split()[0]}")
+    if inside() and stamp(extra).holds():
+        return
     install_system_packages()
     python = make_environment(extra)
+    # inside too: a Python that runs already does not see the package that was installed under it
     command = [str(python), *sys.argv]
     if os.name == "nt":
         sys.exit(subprocess.call(command))
@@ -64,24 +66,50 @@ def needs(library: str) -> bool:
     return False
 
 
+def inside() -> bool:
+    """Whether this Python is the environment's."""
+    return Path(sys.prefix).resolve() == ENVIRONMENT.resolve()
+
+
 def make_environment(extra: str) -> Path:
     """The environment's Python; made and filled when it is not there or no longer fits, else left as it is."""
     python = ENVIRONMENT / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
-    facts = [sys.version, sys.base_prefix, str(ROOT), (ROOT / "pyproject.toml").read_text(encoding="utf-8")]
-    state = hashlib.sha256("\n".join(facts).encode()).hexdigest()
-    # written last, so that an interrupted installation is done again
-    stamp = ENVIRONMENT / f"installed-{extra}"
-    if python.exists() and stamp.exists() and stamp.read_text(encoding="utf-8") == state:
+    made = Stamp("made-for", sys.version + sys.base_prefix)
+    installed = stamp(extra)
+    # an environment is not cleared by its own Python, whoever made it
+    fits = inside() or (python.exists() and made.holds())
+    if fits and installed.holds():
         return python
-    print(f"Making the environment in {ENVIRONMENT} (once; a minute or two) ...", flush=True)
-    made = ENVIRONMENT / "made-for"
-    if not (python.exists() and made.exists() and made.read_text(encoding="utf-8") == facts[0] + facts[1]):
+    print(f"Installing what is needed into {ENVIRONMENT} (once; a minute or two) ...", flush=True)
+    if not fits:
         run([sys.executable, "-m", "venv", "--clear", str(ENVIRONMENT)])
-        made.write_text(facts[0] + facts[1], encoding="utf-8")
+    made.write()
+    if inside() and importlib.util.find_spec("pip") is None:  # uv, for one, makes environments without
+        run([str(python), "-m", "ensurepip"])
     pip = [str(python), "-m", "pip", "--disable-pip-version-check", "install", "--quiet"]
     run([*pip, "--editable", f"{ROOT}[{extra}]"])
-    stamp.write_text(state, encoding="utf-8")
+    installed.write()  # last, so that an interrupted installation is done again
     return python
+
+
+class Stamp:
+    """A file in the environment that says what was done to it."""
+
+    def __init__(self, name: str, state: str) -> None:
+        self.path = ENVIRONMENT / name
+        self.state = state
+
+    def holds(self) -> bool:
+        return self.path.exists() and self.path.read_text(encoding="utf-8") == self.state
+
+    def write(self) -> None:
+        self.path.write_text(self.state, encoding="utf-8")
+
+
+def stamp(extra: str) -> Stamp:
+    """That the package is installed with ``extra``; the same seen from outside and from inside."""
+    facts = [sys.version, str(ROOT), (ROOT / "pyproject.toml").read_text(encoding="utf-8")]
+    return Stamp(f"installed-{extra}", hashlib.sha256("\n".join(facts).encode()).hexdigest())
 
 
 def run(command: "list[str]", environment: "dict[str, str] | None" = None) -> None:

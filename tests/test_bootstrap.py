@@ -46,6 +46,83 @@ def test_another_extra_installs_into_the_same_environment(bootstrap):
     assert [c[-1] for c in bootstrap.ran[2:]] == [f"{bootstrap.ROOT}[test]"]
 
 
+class StartedAgain(Exception):  # noqa: N818 (no error: what os.execv does, as far as its caller can tell)
+    pass
+
+
+@pytest.fixture
+def script(bootstrap, monkeypatch):
+    """A script's ``enter(extra)`` in the Python with that prefix; the command by which it starts again, or None."""
+    monkeypatch.setattr(bootstrap, "install_system_packages", lambda: None)
+    monkeypatch.setattr(bootstrap.sys, "argv", ["scripts/some.py", "--flag"])
+
+    def execute(path, command):
+        raise StartedAgain(path, command)
+
+    monkeypatch.setattr(bootstrap.os, "execv", execute)
+
+    def enter(extra, prefix):
+        with monkeypatch.context() as patch:
+            patch.setattr(bootstrap.sys, "prefix", str(prefix))
+            try:
+                bootstrap.enter(extra)
+            except StartedAgain as again:
+                return again.args[1]
+        return None
+
+    return enter
+
+
+def test_a_script_starts_again_inside_and_goes_on_there_at_once(bootstrap, script):
+    python = str(bootstrap.ENVIRONMENT / "bin" / "python")
+    assert script("demo", sys.base_prefix) == [python, "scripts/some.py", "--flag"]
+    assert len(bootstrap.ran) == 2
+    assert script("demo", bootstrap.ENVIRONMENT) is None
+    assert script("demo", sys.base_prefix) == [python, "scripts/some.py", "--flag"]
+    assert len(bootstrap.ran) == 2
+
+
+@pytest.mark.parametrize("made_by", ["hand", "another script"])
+def test_inside_an_environment_that_lacks_the_extra_it_is_installed_there(bootstrap, script, made_by):
+    if made_by == "hand":
+        (bootstrap.ENVIRONMENT / "bin").mkdir(parents=True)
+        (bootstrap.ENVIRONMENT / "bin" / "python").touch()
+    else:
+        script("demo", sys.base_prefix)
+    bootstrap.ran.clear()
+    python = str(bootstrap.ENVIRONMENT / "bin" / "python")
+    # started again: the Python that runs does not see what has just been installed
+    assert script("test", bootstrap.ENVIRONMENT) == [python, "scripts/some.py", "--flag"]
+    (install,) = bootstrap.ran  # and no new environment under the feet of the one that runs
+    assert install[0] == python
+    assert install[-1] == f"{bootstrap.ROOT}[test]"
+    assert script("test", bootstrap.ENVIRONMENT) is None
+    assert script("test", sys.base_prefix) is not None
+    assert len(bootstrap.ran) == 1
+
+
+def test_inside_a_change_of_requirements_installs_again(bootstrap, script):
+    script("test", sys.base_prefix)
+    (bootstrap.ROOT / "pyproject.toml").write_text("[project] # changed")
+    assert script("test", bootstrap.ENVIRONMENT) is not None
+    assert [c[-1] for c in bootstrap.ran[2:]] == [f"{bootstrap.ROOT}[test]"]
+    assert script("test", bootstrap.ENVIRONMENT) is None
+
+
+def test_an_environment_without_pip_gets_it_first(bootstrap, script, monkeypatch):
+    script("demo", sys.base_prefix)
+    monkeypatch.setattr(bootstrap.importlib.util, "find_spec", lambda name: None)
+    script("test", bootstrap.ENVIRONMENT)
+    assert [c[1:3] for c in bootstrap.ran[2:]] == [["-m", "ensurepip"], ["-m", "pip"]]
+
+
+def test_an_environment_of_another_python_is_made_anew_from_outside(bootstrap, script, monkeypatch):
+    script("demo", sys.base_prefix)
+    monkeypatch.setattr(bootstrap.sys, "version", "3.99.0")
+    script("demo", sys.base_prefix)
+    assert [("venv" in c, "install" in c) for c in bootstrap.ran[2:]] == [(True, False), (False, True)]
+
+
 def test_a_change_of_requirements_or_an_interruption_installs_again(bootstrap):
     bootstrap.make_environment("demo")
     (bootstrap.ROOT / "pyproject.toml").write_text("[project] # changed")
