@@ -42,6 +42,18 @@ def test_the_cotangent_weights_of_a_triangle_are_the_cotangents_of_its_angles():
     assert L[1, 2] / L[1, 0] == pytest.approx(facing_1_2 / facing_0_1)
 
 
+@pytest.mark.parametrize(
+    ("degrees", "counts_as"), [(0.0, 1.0), (1e-9, 1.0), (0.01, 1.0), (0.99, 1.0), (1.01, 1.01), (3.0, 3.0)]
+)
+def test_no_angle_of_a_sliver_counts_as_sharper_than_one_degree(degrees, counts_as):
+    height = np.tan(np.radians(degrees)) / 2
+    sliver = (np.array([[0.0, 0, 0], [1, 0, 0], [0.5, height, 0]]), np.array([[0, 1, 2]]))
+    L = dense(build(sliver, "cotangent"))
+    long, short = np.tan(np.radians(1)), 1 / np.tan(np.radians(counts_as))  # the obtuse angle faces the long edge
+    assert L[0, 1] / L[0, 2] == pytest.approx(long / short)
+    assert L[2] == pytest.approx(np.array([-0.5, -0.5, 1]))
+
+
 @EVERY_MESH
 @EVERY_KIND
 def test_l_takes_constants_to_zero_and_its_twin_is_symmetric_with_spectrum_in_0_2(mesh, kind):
