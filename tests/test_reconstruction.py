@@ -4,6 +4,7 @@ import pytest
 import meshlab_specsmooth as mss
 from meshlab_specsmooth import reconstruction
 from meshlab_specsmooth.operators import barycenters, laplacian
+from meshlab_specsmooth.reconstruction import Constraints
 from meshlab_specsmooth.surface import edges
 from tests.meshes import TETRAHEDRON, rough, sheet, together, torus
 
@@ -14,24 +15,74 @@ MESHES = {
 }
 
 
+EVERY_MESH = pytest.mark.parametrize("mesh", MESHES.values(), ids=MESHES)
+EVERY_WEIGHT = pytest.mark.parametrize("weight", [0.03, 0.3, 1.0, 30.0])
+
+
 def system(mesh):
     surface = mss.Surface(*mesh)
     C = barycenters(surface)
     return laplacian(surface, edges(surface)[0]), (C.T @ C).tocsr(), C.toarray()
 
 
-@pytest.mark.parametrize("mesh", MESHES.values(), ids=MESHES)
-@pytest.mark.parametrize("weight", [0.03, 0.3, 1.0, 30.0])
-def test_the_displacement_is_the_least_squares_solution(mesh, weight):
+def random(n, seed=3):
+    return np.random.default_rng(seed).standard_normal((n, 3))
+
+
+def least_squares(L, C, weight, change, constraints):
+    """Dense reference: the displacement, and the normal equations A x = b of the free vertices."""
+    free, rows = constraints.free[:, 0] == 1, constraints.rows[:, 0] == 1
+    stacked = np.vstack([(L @ np.eye(len(free)))[rows], weight * C])
+    wanted = np.vstack([change[rows], np.zeros((len(C), 3))]) - stacked[:, ~free] @ constraints.prescribed[~free]
+    displacement = constraints.prescribed.copy()
+    displacement[free], *_ = np.linalg.lstsq(stacked[:, free], wanted, rcond=None)
+    return displacement, stacked[:, free].T @ stacked[:, free], stacked[:, free].T @ wanted
+
+
+def some_held(n):
+    """Every third vertex has a displacement prescribed, and every fourth row has no say."""
+    free, rows = np.ones((n, 1)), np.ones((n, 1))
+    free[::3], rows[1::4] = 0, 0
+    return Constraints(free, rows, np.where(free, 0, random(n, seed=5)))
+
+
+def nothing_held(n):
+    return Constraints(np.ones((n, 1)), np.ones((n, 1)), np.zeros((n, 3)))
+
+
+@EVERY_MESH
+@EVERY_WEIGHT
+@pytest.mark.parametrize("held", [None, nothing_held, some_held], ids=["unconstrained", "nothing held", "some held"])
+def test_the_displacement_is_the_least_squares_solution_and_the_residual_is_its_own(mesh, weight, held):
     L, gram, C = system(mesh)
     n = len(L.root_degree)
-    change = np.random.default_rng(3).standard_normal((n, 3))
-    solution = reconstruction.solve(L, gram, weight, change)
-    stacked = np.vstack([L @ np.eye(n), weight * C])
-    expected, *_ = np.linalg.lstsq(stacked, np.vstack([change, np.zeros((len(C), 3))]), rcond=None)
-    assert solution.displacement == pytest.approx(expected, abs=1e-6 * abs(expected).max() / min(weight, 1) ** 2)
-    assert solution.residual < 2 * reconstruction.TOLERANCE
+    change = random(n)
+    constraints = held and held(n)
+    solution = reconstruction.solve(L, gram, weight, change, constraints=constraints)
+    reference = constraints or nothing_held(n)
+    expected, A, b = least_squares(L, C, weight, change, reference)
+    # what a residual of TOLERANCE leaves of an error, with the normal equations' condition
+    close = 2 * reconstruction.TOLERANCE * np.linalg.cond(A) * np.linalg.norm(expected, axis=0).max()
+    assert solution.displacement == pytest.approx(expected, abs=close)
+    free = reference.free[:, 0] == 1
+    left = np.linalg.norm(A @ solution.displacement[free] - b, axis=0) / np.linalg.norm(b, axis=0)
+    assert left.max() < 2 * reconstruction.TOLERANCE
+    assert solution.residual == pytest.approx(left.max(), rel=1e-3)
     assert solution.iterations > 0
+
+
+def test_prescribed_displacements_are_kept_to_the_bit():
+    L, gram, _ = system(MESHES["open"])
+    n = len(L.root_degree)
+    some = some_held(n)
+    held = some.free[:, 0] == 0
+    assert np.array_equal(
+        reconstruction.solve(L, gram, 0.3, random(n), constraints=some).displacement[held], some.prescribed[held]
+    )
+    every = Constraints(np.zeros((n, 1)), np.ones((n, 1)), random(n, seed=5))
+    solution = reconstruction.solve(L, gram, 0.3, random(n), constraints=every)
+    assert np.array_equal(solution.displacement, every.prescribed)
+    assert (solution.iterations, solution.residual) == (0, 0.0)
 
 
 def test_columns_that_need_nothing_are_left_alone():
@@ -40,19 +91,24 @@ def test_columns_that_need_nothing_are_left_alone():
     nothing = reconstruction.solve(L, gram, 1.0, change)
     assert not nothing.displacement.any()
     assert (nothing.iterations, nothing.residual) == (0, 0.0)
-    change[:, 1] = np.random.default_rng(0).standard_normal(len(change))
+    change[:, 1] = random(len(change))[:, 0]
+    change[:, 2] = 1e-20 * random(len(change))[:, 1]  # rounding, beside the column before
     one = reconstruction.solve(L, gram, 1.0, change).displacement
     assert one[:, 1].any()
     assert not one[:, [0, 2]].any()
 
 
-def test_progress_rises_to_the_end():
+def test_progress_is_told_each_iteration_and_rises_to_the_end():
     L, gram, _ = system(MESHES["closed"])
     seen = []
-    reconstruction.solve(L, gram, 0.1, np.random.default_rng(0).standard_normal((len(L.root_degree), 3)), seen.append)
+    # a change as smooth as the surface, at a small weight: the residual grows before it falls
+    solution = reconstruction.solve(L, gram, 0.01, MESHES["closed"][0], seen.append)
+    assert len(seen) == solution.iterations
+    quarters = [float(np.mean(part)) for part in np.array_split(seen, 4)]
+    assert quarters == sorted(set(quarters))
     assert seen[0] == 0
     assert seen[-1] > 0.8
-    assert max(seen) <= 1
+    assert min(seen) == 0
 
 
 def test_an_iteration_that_does_not_end_says_where_it_stands(monkeypatch):
