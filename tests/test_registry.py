@@ -20,11 +20,17 @@ from tests.meshes import rough, torus
 MESH = rough(torus(20, 12))
 
 
-@pytest.fixture
-def registered():
-    mss.register()
+@pytest.fixture(autouse=True)
+def unregistered():
+    """Whatever ran before, these tests start and end without."""
+    mss.unregister()
     yield
     mss.unregister()
+
+
+@pytest.fixture
+def registered(unregistered):
+    mss.register()
 
 
 def everything():
