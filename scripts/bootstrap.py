@@ -21,6 +21,10 @@ ENVIRONMENT = ROOT / ".venv"
 SYSTEM_LIBRARIES = {"libGL.so.1": "libgl1", "libOpenGL.so.0": "libopengl0", "libEGL.so.1": "libegl1"}
 
 
+# an environment made for the tests serves the demo too
+CONTAINED = {"demo": ("demo",), "test": ("test", "demo")}
+
+
 def enter(extra: str) -> None:
     """Be in an environment where the package is installed with ``extra``."""
     if sys.version_info < (3, 10):
@@ -75,10 +79,9 @@ def make_environment(extra: str) -> Path:
     """The environment's Python; made and filled when it is not there or no longer fits, else left as it is."""
     python = ENVIRONMENT / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
     made = Stamp("made-for", sys.version + sys.base_prefix)
-    installed = stamp(extra)
     # an environment is not cleared by its own Python, whoever made it
     fits = inside() or (python.exists() and made.holds())
-    if fits and installed.holds():
+    if fits and stamp(extra).holds():
         return python
     print(f"Installing what is needed into {ENVIRONMENT} (once; a minute or two) ...", flush=True)
     if not fits:
@@ -88,7 +91,8 @@ def make_environment(extra: str) -> Path:
         run([str(python), "-m", "ensurepip"])
     pip = [str(python), "-m", "pip", "--disable-pip-version-check", "install", "--quiet"]
     run([*pip, "--editable", f"{ROOT}[{extra}]"])
-    installed.write()  # last, so that an interrupted installation is done again
+    for contained in CONTAINED[extra]:  # last, so that an interrupted installation is done again
+        stamp(contained).write()
     return python
 
 

@@ -40,6 +40,13 @@ def test_the_second_time_nothing_is_done(bootstrap):
     assert len(bootstrap.ran) == 2
 
 
+def test_an_environment_for_the_tests_serves_the_demo(bootstrap):
+    bootstrap.make_environment("test")
+    done = len(bootstrap.ran)
+    bootstrap.make_environment("demo")
+    assert len(bootstrap.ran) == done
+
+
 def test_another_extra_installs_into_the_same_environment(bootstrap):
     bootstrap.make_environment("demo")
     bootstrap.make_environment("test")

@@ -129,6 +129,8 @@ def lowest(S: csr_array, count: int) -> Eigenbasis:
         The eigenvectors would not fit; names the size.
     """
     n = S.shape[0]
+    if n == 0:
+        return Eigenbasis(np.empty(0), np.empty((0, 0)))
     number, label = connected_components(S, directed=False)
     members = np.split(np.argsort(label, kind="stable"), np.cumsum(np.bincount(label, minlength=number))[:-1])
     needed = 8 * max(n * count, *(len(m) * _columns(len(m), min(count, len(m))) for m in members))
