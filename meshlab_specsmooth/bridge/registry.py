@@ -28,8 +28,8 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]  # pymeshlab has no type
     >>> import meshlab_specsmooth as mss
     >>> ms = mss.MeshSet()
     >>> ms.create_sphere()
-    >>> ms.apply_coord_spectral_smoothing(modes=20)["modes"]
-    20
+    >>> ms.apply_coord_spectral_smoothing(barycenter_weight=0.3)["barycenter_weight"]
+    0.3
     """
 
 
