@@ -143,6 +143,22 @@ def test_an_unknown_parameter_is_refused_in_the_very_words_of_pymeshlab(ms):
     assert str(ours.value) == words_of(native, "laplacian", "spectral")
 
 
+@EACH_FILTER
+def test_a_verbose_meshset_tells_of_our_filters_as_of_its_own(name, capfd):
+    ms = pymeshlab.MeshSet(verbose=True)
+    ms.create_sphere()
+    capfd.readouterr()
+    filters.apply(ms, name)
+    told = capfd.readouterr()
+    assert told.out.startswith(f"\nApplying filter {name} with the following parameters:\n{{")
+    assert "'laplacian': 'uniform'" in told.out
+    assert told.out.count("Applying filter") == 1
+    assert told.err == ""
+    ms.set_verbosity(False)
+    filters.apply(ms, name)
+    assert capfd.readouterr() == ("", "")
+
+
 def test_work_that_is_stopped_leaves_the_meshset_as_it_was(ms):
     before = state.of_meshset(ms)
 

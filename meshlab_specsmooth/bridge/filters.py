@@ -19,7 +19,7 @@ from pymeshlab import PyMeshLabException
 
 from meshlab_specsmooth import descriptors
 from meshlab_specsmooth.bridge import scripts
-from meshlab_specsmooth.bridge.meshset import pull, push, push_quality
+from meshlab_specsmooth.bridge.meshset import leaving_no_trace, pull, push, push_quality
 from meshlab_specsmooth.bridge.parameters import resolve
 from meshlab_specsmooth.descriptors import Descriptor
 from meshlab_specsmooth.smoothing import Prepared, SmoothingResult, prepare
@@ -69,6 +69,11 @@ def mesh_filter(implementation: Implementation) -> Filter:
             )
         if values.get("features") in ("vertex_selection", "face_selection") and "selected" not in parameters:
             values["selected"] = False
+        with leaving_no_trace(ms) as verbose:
+            pass
+        if verbose:
+            # in pymeshlab's words
+            print(f"\nApplying filter {descriptor.function} with the following parameters:\n{values}\n")  # noqa: T201
         output = implementation(ms, dict(values), progress)
         scripts.record(ms, descriptor, values)
         return output

@@ -144,8 +144,8 @@ def _delete(ms: pymeshlab.MeshSet, temporary: int) -> None:
 
 
 @contextlib.contextmanager
-def leaving_no_trace(ms: pymeshlab.MeshSet) -> Iterator[None]:
-    """Filters called inside are neither printed nor kept in the filter script.
+def leaving_no_trace(ms: pymeshlab.MeshSet) -> Iterator[bool]:
+    """Filters called inside are neither printed nor kept in the filter script; yields whether the MeshSet is verbose.
 
     pymeshlab records every filter and offers no way to drop the last one, so the script is saved, and loaded again
     afterwards. Its files hold six digits of a number, and so does the script from then on: what was recorded with more
@@ -158,7 +158,7 @@ def leaving_no_trace(ms: pymeshlab.MeshSet) -> Iterator[None]:
         try:
             verbose = _is_verbose(ms)
             ms.set_verbosity(False)
-            yield
+            yield verbose
         finally:
             ms.clear_filter_script()
             if b"<filter " in script.read_bytes():
