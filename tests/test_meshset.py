@@ -1,5 +1,6 @@
 """The bridge: coordinates go in to the bit, and nothing else changes."""
 
+import os
 import subprocess
 import sys
 
@@ -171,6 +172,25 @@ def test_a_process_without_standard_streams_can_push(monkeypatch, stream):
     monkeypatch.setattr(sys, stream, None)
     meshset.push(ms, ms.current_mesh().vertex_matrix() + 1)
     assert ms.mesh_number() == 1
+
+
+CLOSED = """
+import os, sys
+for number in map(int, sys.argv[1:]):
+    os.close(number)
+import numpy, pymeshlab
+from meshlab_specsmooth.bridge import meshset
+ms = meshset.new(numpy.eye(3), numpy.array([[0, 1, 2]]))
+meshset.push(ms, ms.current_mesh().vertex_matrix() + 1)
+assert (ms.current_mesh().vertex_matrix() == numpy.eye(3) + 1).all()
+"""
+
+
+@pytest.mark.parametrize("numbers", [["1"], ["2"], ["1", "2"]])
+@pytest.mark.skipif(os.name == "nt", reason="descriptors are not inherited there")
+def test_a_process_whose_output_is_closed_can_push(numbers):
+    done = subprocess.run([sys.executable, "-c", CLOSED, *numbers], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
 
 
 def test_the_next_mesh_gets_the_id_after_the_temporary_one():
