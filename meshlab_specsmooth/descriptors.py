@@ -95,6 +95,7 @@ class Descriptor:
     category: str
     help: str
     parameters: tuple[Parameter, ...]
+    needs_faces: bool
 
     def __getitem__(self, name: str) -> Parameter:
         """The parameter of that name."""
@@ -142,6 +143,20 @@ _FILTER_ATTRIBUTES = [
 ]
 
 
+_DATA = ["NONE", "VERTCOORD", "VERTNORMAL", "VERTQUALITY", "VERTCOLOR", "VERTFLAGSELECT", "VERTNUMBER"]
+_DATA += ["FACENORMAL", "FACEQUALITY", "FACECOLOR", "FACEFLAGSELECT", "FACENUMBER", "ALL"]
+_COMPONENTS = [f"MM_{name}" for name in _DATA]
+_CLASSES = ["Smoothing", "Measure", "Quality", "Normal", "Remeshing", "Cleaning", "Selection", "Sampling", "Generic"]
+_FILTER_WORDS = {
+    "filterClass": _CLASSES,
+    "filterPre": _COMPONENTS,
+    "filterPost": _COMPONENTS,
+    "filterArity": ["SingleMesh", "Fixed", "Variable", "FunctionDefined"],
+    "filterRasterArity": ["NoRaster", "SingleRaster", "Fixed", "Variable"],
+    "filterIsInterruptible": ["true", "false"],
+}
+
+
 def _filter(element: Element, source: str) -> Descriptor:
     parameters = [child for child in element.children if child.tag == "PARAM"]
     _expect(element, source, "FILTER", _FILTER_ATTRIBUTES, ["FILTER_HELP"] + ["PARAM"] * len(parameters))
@@ -156,12 +171,18 @@ def _filter(element: Element, source: str) -> Descriptor:
             _refuse(child, source, f"parameter {parameter.name!r} is described twice")
         seen.add(parameter.name)
         read_parameters.append(parameter)
+    for name, known in _FILTER_WORDS.items():
+        for word in element.attributes[name].split(" | "):
+            if word not in known:
+                _refuse(element, source, f"{name} has {word!r}, which is none of {', '.join(known)}")
+    _expect(element.children[0], source, "FILTER_HELP", [], [])
     return Descriptor(
         function,
         element.attributes["filterName"],
         element.attributes["filterClass"],
         element.children[0].text.strip(),
         tuple(read_parameters),
+        "MM_FACENUMBER" in element.attributes["filterPre"].split(" | "),
     )
 
 
@@ -174,6 +195,8 @@ def _parameter(element: Element, source: str) -> Parameter:
     name, kind = element.attributes["parName"], element.attributes["parType"]
     if not name.isidentifier():
         _refuse(element, source, f"parName {name!r} is no Python name")
+    _boolean(element, element.attributes["parIsPersistent"], source)
+    _expect(help_element, source, "PARAM_HELP", [], [])
     bounded = gui.tag in ("SLIDER_GUI", "ABSPERC_GUI")
     _expect(gui, source, gui.tag, ["guiLabel", "guiMin", "guiMax"] if bounded else ["guiLabel"], [])
     if kind.startswith("Enum"):
@@ -223,7 +246,8 @@ def _enum_values(element: Element, kind: str, source: str) -> tuple[str, ...]:
     match = _ENUM.fullmatch(kind)
     pairs = [part.split(":") for part in match[1].split("|")] if match else []
     values = tuple(pair[0].strip() for pair in pairs)
-    if not pairs or any(len(pair) != 2 or pair[1].strip() != str(i) for i, pair in enumerate(pairs)):
+    numbered = all(len(pair) == 2 and pair[1].strip() == str(i) for i, pair in enumerate(pairs))
+    if not pairs or not numbered or len(set(values)) < len(values):
         _refuse(element, source, f"parType {kind!r} is not of the form 'Enum {{A : 0 | B : 1}}'")
     return values
 

@@ -8,7 +8,7 @@ from xml.parsers import expat
 
 from meshlab_specsmooth.errors import SpecsmoothError
 
-LARGEST_FILE = 4 * 2**20  # bytes; a filter script of a thousand filters has half a megabyte
+LARGEST_FILE = 4 * 2**20  # bytes; a filter script of a thousand filters has one to three million
 DEEPEST_NESTING = 32
 
 

@@ -1,5 +1,9 @@
 """Our filters, called on MeshSets as MeshLab's are."""
 
+import os
+import sys
+import threading
+
 import numpy as np
 import pymeshlab
 import pytest
@@ -93,6 +97,9 @@ def test_bad_parameters_are_refused_in_meshlab_s_words_and_the_meshset_stays(ms,
         ({"passes": 0}, pymeshlab.PyMeshLabException, "Parameter passes: int value 0 out of bounds .min: 1; max: 1000"),
         ({"selected": "yes"}, RuntimeError, "selected: Unable to cast"),
         ({"modes": 3, "wavelength": 1.0}, mss.InvalidParameter, "give one of them"),
+        ({"modes": 3, "wavelength": 1.0}, pymeshlab.PyMeshLabException, "give one of them"),
+        ({"modes": 10**6}, pymeshlab.PyMeshLabException, "this mesh has 240"),
+        ({"features": "face_selection"}, pymeshlab.PyMeshLabException, "nothing is selected"),
     ],
 )
 def test_values_of_the_wrong_type_or_out_of_bounds_are_refused(ms, given, error, words):
@@ -141,6 +148,42 @@ def test_an_unknown_parameter_is_refused_in_the_very_words_of_pymeshlab(ms):
     with pytest.raises(pymeshlab.PyMeshLabException) as ours:
         mss.apply_coord_spectral_smoothing(ms, nodes=3)
     assert str(ours.value) == words_of(native, "laplacian", "spectral")
+
+
+@pytest.mark.parametrize("full", [False, True])
+@pytest.mark.parametrize("parameters", [False, True])
+def test_both_kinds_of_verbosity_stay_as_they_were(full, parameters, capfd):
+    ms, native = pymeshlab.MeshSet(), pymeshlab.MeshSet()
+    for m in (ms, native):
+        m.create_sphere()
+        m.set_verbosity(full)
+        m.set_parameter_verbosity(parameters)
+    mss.apply_coord_spectral_smoothing(ms)
+    told = capfd.readouterr().out
+    assert ("apply_coord_spectral_smoothing" in told) == (full or parameters)
+    assert "morphing" not in told
+    outputs = []
+    for m in (ms, native):
+        for _ in range(2):  # with everything off, what is left is the parameters
+            m.apply_coord_taubin_smoothing()
+            m.set_verbosity(False)
+        outputs.append(capfd.readouterr().out)
+    assert outputs[0] == outputs[1]
+
+
+def test_threads_may_filter_at_once_and_leave_the_standard_streams_alone():
+    before = os.fstat(1), os.fstat(2), sys.stdout, sys.stderr
+
+    def work():
+        for _ in range(4):
+            mss.apply_coord_spectral_smoothing(meshset.new(*MESH), method="chebyshev")
+
+    threads = [threading.Thread(target=work) for _ in range(5)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert (os.fstat(1), os.fstat(2), sys.stdout, sys.stderr) == before
 
 
 @EACH_FILTER
@@ -215,6 +258,14 @@ def test_features_come_from_selections_or_quality(source):
     mss.apply_coord_spectral_smoothing(ms, features=source, feature_gain=1.5)
     expected = mss.smooth(*MESH, features=weights, feature_gain=1.5).vertices
     assert np.array_equal(ms.current_mesh().vertex_matrix(), expected)  # the selection marks, it does not restrict
+
+
+def test_a_mesh_without_quality_has_no_features_in_it():
+    ms = pymeshlab.MeshSet()
+    ms.create_sphere()
+    assert not ms.current_mesh().has_vertex_scalar()
+    with pytest.raises(mss.InvalidParameter, match="has no vertex quality"):
+        mss.apply_coord_spectral_smoothing(ms, features="vertex_quality")
 
 
 def test_a_quality_that_is_no_weight_is_refused_with_its_place(ms):
@@ -301,5 +352,5 @@ def test_a_default_in_percent_of_the_diagonal_is_one_of_this_mesh(ms):
     length = next(p for p in described.parameters if p.type == "length")
     percent = descriptors.Parameter(**(vars(length) | {"default": descriptors.Length(0.01)}))
     assert percent.shown_default == "1%"
-    invented = descriptors.Descriptor("f", "F", "Smoothing", "", (percent,))
+    invented = descriptors.Descriptor("f", "F", "Smoothing", "", (percent,), needs_faces=True)
     assert resolve(invented, {}, ms) == {"wavelength": 0.01 * ms.current_mesh().bounding_box().diagonal()}

@@ -5,7 +5,7 @@ import pymeshlab
 import pytest
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth import descriptors
+from meshlab_specsmooth import descriptors, xmltree
 from meshlab_specsmooth.bridge import filters, meshset, scripts
 from tests.meshes import rough, torus
 
@@ -132,6 +132,9 @@ def ours(**parameters):
         (ours().replace("Spectral Smooth", "Spectral Smoth"), 9, "nearest known name is 'Spectral Smooth'"),
         (ours(nodes=3), 9, "filter 'Spectral Smooth' has no parameter 'nodes'"),
         (ours(modes="3.5"), 9, "modes of filter 'Spectral Smooth' is '3.5', which is no int"),
+        (ours(modes="9", wavelength="2"), 9, "has both modes and a wavelength"),
+        (ours(wavelength="inf"), 9, "wavelength of filter 'Spectral Smooth' is 'inf'"),
+        (ours(modes="9").replace("<Param name", '<Param name="modes" value="8"/><Param name'), 9, "has 'modes' twice"),
         (ours(modes="-3"), 9, "modes of filter 'Spectral Smooth' is '-3'"),
         (ours(response="box"), 9, "response of filter 'Spectral Smooth' is 'box', which is no enum"),
         (ours(selected="maybe"), 9, "is 'maybe', which is no bool"),
@@ -165,10 +168,42 @@ def test_a_missing_script_is_refused(tmp_path):
         mss.MeshSet().load_filter_script(str(tmp_path / "none.mlx"))
 
 
-def test_filters_newer_than_pymeshlab_s_table_of_names_are_known():
-    assert "generate_alpha_wrap" not in scripts._former_names().values()
-    assert scripts._is_native("Alpha Wrap")
-    assert not scripts._is_native("Alpha Warp Drive")
+def test_names_are_known_exactly_as_meshlab_writes_them():
+    known = ("Laplacian Smooth", "Simplification: Quadric Edge Collapse Decimation", "Alpha Wrap")
+    unknown = ("laplacian smooth", "Laplacian-Smooth", "Alpha Warp Drive")
+    assert scripts._unknown(known + unknown) == set(unknown)
+
+
+def test_a_long_session_is_recorded_to_its_end(monkeypatch):
+    monkeypatch.setattr(xmltree, "LARGEST_FILE", 2000)
+    ms = meshset.new(*MESH)
+    for _ in range(3):
+        mss.get_spectrum(ms)
+    monkeypatch.undo()
+    assert [step.name for step in scripts.of(ms).steps] == ["Spectrum"] * 3
+
+
+def test_a_script_that_makes_its_own_mesh_runs_on_an_empty_meshset():
+    ms = mss.MeshSet()
+    ms.create_sphere(subdiv=4)
+    ms.apply_coord_spectral_smoothing(modes=9)
+    script = scripts.of(ms)
+    empty = pymeshlab.MeshSet()
+    scripts.run(empty, script, filters.FILTERS)
+    assert np.array_equal(empty.current_mesh().vertex_matrix(), ms.current_mesh().vertex_matrix())
+
+
+def test_parameters_without_a_type_count_however_the_script_is_loaded(tmp_path):
+    path = tmp_path / "by_hand.mlx"
+    path.write_text(
+        '<FilterScript><filter name="Spectral Smooth"><Param name="modes" value="9"/></filter></FilterScript>'
+    )
+    ms, other = mss.MeshSet(), meshset.new(*MESH)
+    ms.add_mesh(pymeshlab.Mesh(*MESH))
+    ms.load_filter_script(str(path))
+    ms.apply_filter_script()
+    mss.apply_coord_spectral_smoothing(other, modes=9)
+    assert np.array_equal(ms.current_mesh().vertex_matrix(), other.current_mesh().vertex_matrix())
 
 
 def test_a_script_that_fails_half_way_keeps_the_meshset_s_own_script(recorded, monkeypatch):

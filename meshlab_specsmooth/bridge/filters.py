@@ -20,8 +20,9 @@ from pymeshlab import PyMeshLabException
 from meshlab_specsmooth import descriptors
 from meshlab_specsmooth.bridge import scripts
 from meshlab_specsmooth.bridge.meshset import leaving_no_trace, pull, push, push_quality
-from meshlab_specsmooth.bridge.parameters import resolve
+from meshlab_specsmooth.bridge.parameters import RefusedParameter, resolve
 from meshlab_specsmooth.descriptors import Descriptor
+from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.smoothing import Prepared, SmoothingResult, prepare
 from meshlab_specsmooth.spectral.progress import Progress
 from meshlab_specsmooth.spectrum import spectrum
@@ -62,19 +63,20 @@ def mesh_filter(implementation: Implementation) -> Filter:
     def call(ms: pymeshlab.MeshSet, **parameters: Any) -> dict[str, Any]:
         progress = parameters.pop("progress", None)
         values = resolve(descriptor, parameters, ms)
-        if ms.current_mesh().face_number() == 0:
+        if descriptor.needs_faces and ms.current_mesh().face_number() == 0:
             # the quotation mark is pymeshlab's
             raise PyMeshLabException(
                 f"Failed to apply filter:  '{descriptor.function}. Current mesh does not have Any Faces."
             )
-        if values.get("features") in ("vertex_selection", "face_selection") and "selected" not in parameters:
-            values["selected"] = False
         with leaving_no_trace(ms) as verbose:
             pass
         if verbose:
             # in pymeshlab's words
             print(f"\nApplying filter {descriptor.function} with the following parameters:\n{values}\n")  # noqa: T201
-        output = implementation(ms, dict(values), progress)
+        try:
+            output = implementation(ms, dict(values), progress)
+        except InvalidParameter as error:
+            raise RefusedParameter(str(error)) from error
         scripts.record(ms, descriptor, values)
         return output
 
@@ -260,9 +262,15 @@ def _features(ms: pymeshlab.MeshSet, source: str) -> Floats | None:
     """Feature weights of the vertices."""
     if source == "none":
         return None
+    mesh = ms.current_mesh()
     if source == "vertex_quality":
-        return np.asarray(ms.current_mesh().vertex_scalar_array(), dtype=np.float64)
-    return _selected(ms, source).astype(np.float64)
+        if not mesh.has_vertex_scalar():
+            raise InvalidParameter("features is 'vertex_quality', but the current mesh has no vertex quality")
+        return np.asarray(mesh.vertex_scalar_array(), dtype=np.float64)
+    marked = _selected(ms, source)
+    if not marked.any():
+        raise InvalidParameter(f"features is {source!r}, but nothing is selected")
+    return marked.astype(np.float64)
 
 
 __all__ = [*FILTERS]

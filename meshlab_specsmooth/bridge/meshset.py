@@ -7,6 +7,7 @@ import io
 import os
 import sys
 import tempfile
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -147,6 +148,24 @@ def _delete(ms: pymeshlab.MeshSet, temporary: int) -> None:
 def leaving_no_trace(ms: pymeshlab.MeshSet) -> Iterator[bool]:
     """Filters called inside are neither printed nor kept in the filter script; yields whether the MeshSet is verbose.
 
+    The MeshSet must have a mesh.
+    """
+    with keeping_script(ms):
+        full, parameters = False, False
+        try:
+            full, parameters = _verbosity(ms)
+            ms.set_verbosity(False)
+            ms.set_parameter_verbosity(False)
+            yield full or parameters
+        finally:
+            ms.set_verbosity(full)
+            ms.set_parameter_verbosity(parameters)
+
+
+@contextlib.contextmanager
+def keeping_script(ms: pymeshlab.MeshSet) -> Iterator[None]:
+    """The filter script is afterwards what it was before.
+
     pymeshlab records every filter and offers no way to drop the last one, so the script is saved, and loaded again
     afterwards. Its files hold six digits of a number, and so does the script from then on: what was recorded with more
     digits before is replayed with six.
@@ -154,44 +173,61 @@ def leaving_no_trace(ms: pymeshlab.MeshSet) -> Iterator[bool]:
     with tempfile.TemporaryDirectory(prefix="specsmooth-") as folder:
         script = Path(folder) / "before.mlx"
         ms.save_filter_script(str(script))
-        verbose = False
         try:
-            verbose = _is_verbose(ms)
-            ms.set_verbosity(False)
-            yield verbose
+            yield
         finally:
             ms.clear_filter_script()
             if b"<filter " in script.read_bytes():
-                with native_output_dropped():  # pymeshlab prints what it reads, verbose or not
-                    _NATIVE_LOAD(ms, str(script))
-            ms.set_verbosity(verbose)
+                load_script(ms, script)
 
 
-def _is_verbose(ms: pymeshlab.MeshSet) -> bool:
-    """Whether the MeshSet prints what it does; it cannot be asked, so a filter that does nothing is run unseen."""
-    printed = io.StringIO()
-    with native_output_dropped(), contextlib.redirect_stdout(printed):
+def load_script(ms: pymeshlab.MeshSet, script: Path) -> None:
+    """Make a file the MeshSet's filter script; without printing what is read, as pymeshlab does, verbose or not."""
+    with native_output():
+        _NATIVE_LOAD(ms, str(script))
+
+
+def _verbosity(ms: pymeshlab.MeshSet) -> tuple[bool, bool]:
+    """What the MeshSet prints: everything, and the parameters of filters. It cannot be asked, so it is tried."""
+    told = _what_a_filter_tells(ms)
+    if not told:
+        return False, False
+    ms.set_verbosity(False)
+    without = _what_a_filter_tells(ms)
+    # with everything on, a filter tells of its parameters as well, and one line more
+    return told.count("\n") > without.count("\n"), bool(without)
+
+
+def _what_a_filter_tells(ms: pymeshlab.MeshSet) -> str:
+    """What C++ prints of a filter that does nothing."""
+    with native_output() as told, contextlib.redirect_stdout(io.StringIO()):
         ms.set_selection_none(allfaces=False, allverts=False)
-    return bool(printed.getvalue())
+    return told[0]
+
+
+# standard output and error belong to the process, so threads take turns
+_streams = threading.RLock()
 
 
 @contextlib.contextmanager
-def native_output_dropped() -> Iterator[None]:
-    """Send what C++ writes to standard output and error nowhere; used for the milliseconds of one call."""
-    for stream in (sys.stdout, sys.stderr):
-        if stream is not None:
-            stream.flush()
-    kept = {number: os.dup(number) for number in (1, 2) if _is_open(number)}
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    try:
-        for number in kept:
-            os.dup2(nowhere, number)
-        yield
-    finally:
-        for number, copy in kept.items():
-            os.dup2(copy, number)
-            os.close(copy)
-        os.close(nowhere)
+def native_output() -> Iterator[list[str]]:
+    """Catch what C++ writes to standard output and error, for the milliseconds of one call; it is in the list after."""
+    told: list[str] = []
+    with _streams, tempfile.TemporaryFile() as file:
+        for stream in (sys.stdout, sys.stderr):
+            if stream is not None:
+                stream.flush()
+        kept = {number: os.dup(number) for number in (1, 2) if _is_open(number)}
+        try:
+            for number in kept:
+                os.dup2(file.fileno(), number)
+            yield told
+        finally:
+            for number, copy in kept.items():
+                os.dup2(copy, number)
+                os.close(copy)
+            file.seek(0)
+            told.append(file.read().decode(errors="replace"))
 
 
 def _is_open(number: int) -> bool:

@@ -11,10 +11,15 @@ from pymeshlab import InvalidEnumException
 from pymeshlab import PyMeshLabException as PyMeshLabException
 
 from meshlab_specsmooth.descriptors import AnySelected, Descriptor, Length, Parameter
+from meshlab_specsmooth.errors import InvalidParameter
 
 
 class WrongType(PyMeshLabException, RuntimeError):  # type: ignore[misc]  # noqa: N818
     """A value of the wrong type: pymeshlab raises a RuntimeError here; this is its own exception as well."""
+
+
+class RefusedParameter(InvalidParameter, PyMeshLabException):  # type: ignore[misc]
+    """A parameter that the method refuses on this mesh: ours, and pymeshlab's exception as well."""
 
 
 def resolve(descriptor: Descriptor, given: dict[str, Any], ms: pymeshlab.MeshSet) -> dict[str, Any]:
@@ -33,7 +38,10 @@ def resolve(descriptor: Descriptor, given: dict[str, Any], ms: pymeshlab.MeshSet
             raise PyMeshLabException(
                 f"Parameter {name} not found for filter {descriptor.function}. Please check the documentation."
             )
-    return {name: value(known[name], given.get(name, known[name].default), ms) for name in known}
+    values = {name: value(known[name], given.get(name, known[name].default), ms) for name in known}
+    if "selected" not in given and values.get("features") in ("vertex_selection", "face_selection"):
+        values["selected"] = False  # the selection marks features, so it does not restrict the filter
+    return values
 
 
 def value(parameter: Parameter, given: Any, ms: pymeshlab.MeshSet) -> Any:

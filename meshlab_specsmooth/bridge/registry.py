@@ -96,7 +96,10 @@ def _methods(base: Any) -> dict[str, Any]:
 
     def load_filter_script(self: Any, file_name: str) -> None:
         with _in_pymeshlab_s_exception():
-            scripts.read(file_name)
+            script = scripts.read(file_name)
+            if scripts.has_ours(script):
+                scripts.load(self, script)
+                return
         native["load_filter_script"](self, file_name)
 
     def apply_filter_script(self: Any) -> None:
@@ -140,8 +143,10 @@ def _module_functions() -> dict[str, Any]:
 
     def search(keyword: str) -> None:
         native["search"](keyword)
+        words = keyword.lower().replace("_", " ").split()
         for name in FILTERS:
-            if keyword.lower() in name + descriptors.load(name).help.lower():
+            text = f"{name} {descriptors.load(name).name}".lower()
+            if all(word in text for word in words):
                 print(f"{name} : meshlab_specsmooth, docs/filters.md#{name}")  # noqa: T201 (as pymeshlab's own does)
 
     def print_filter_list() -> None:

@@ -8,9 +8,10 @@ is asked to run it, which is done here instead.
 from __future__ import annotations
 
 import difflib
+import functools
 import itertools
+import math
 import os
-import re
 import subprocess
 import sys
 import tempfile
@@ -23,14 +24,16 @@ from xml.sax.saxutils import quoteattr
 import pymeshlab
 
 from meshlab_specsmooth import descriptors
-from meshlab_specsmooth.bridge.meshset import leaving_no_trace, native_output_dropped
+from meshlab_specsmooth.bridge.meshset import keeping_script, load_script
 from meshlab_specsmooth.descriptors import Descriptor, Parameter
 from meshlab_specsmooth.errors import FileError
 from meshlab_specsmooth.xmltree import Element, InvalidXml, parse
 
 # pymeshlab's own, whatever is registered later
 _NATIVE_APPLY = pymeshlab.MeshSet.apply_filter_script
-_NATIVE_LOAD = pymeshlab.MeshSet.load_filter_script
+
+# the type of all parameters of ours: pymeshlab keeps six digits of a number, and all of a text
+_TEXT = "RichString"
 
 Filters = dict[str, Callable[..., dict[str, Any]]]
 
@@ -83,35 +86,57 @@ def record(ms: pymeshlab.MeshSet, descriptor: Descriptor, values: dict[str, Any]
         {
             "name": parameter.name,
             "value": _as_text(values[parameter.name]),
-            "type": "RichString",
+            "type": _TEXT,
             "description": parameter.label,
             "tooltip": parameter.help,
         }
         for parameter in descriptor.parameters
     )
-    _load(ms, [*of(ms).steps, Step(descriptor.name, parameters, 0)])
+    with tempfile.TemporaryDirectory(prefix="specsmooth-") as folder:
+        path = Path(folder) / "script.mlx"
+        ms.save_filter_script(str(path))
+        # as text: a session's script may be longer than one from a stranger is allowed to be
+        before = path.read_text(encoding="utf-8").replace("<FilterScript/>", "<FilterScript></FilterScript>")
+        start, end, rest = before.rpartition("</FilterScript>")
+        path.write_text(start + _as_xml(Step(descriptor.name, parameters, 0)) + end + rest, encoding="utf-8")
+        load_script(ms, path)
 
 
 def check(script: Script) -> None:
     """Refuse a script that could not run to its end for what it says; raises :class:`InvalidXml`."""
-    ours = {descriptor.name: descriptor for descriptor in map(descriptors.load, descriptors.names())}
+    ours = _ours()
     for step in script.steps:
         if step.name in ours:
             _values(step, ours[step.name], script.source)
-        elif not _is_native(step.name):
-            known = [*ours, *(name.replace("_", " ").title() for name in _former_names())]
+    native = dict.fromkeys(step.name for step in script.steps if step.name not in ours)
+    unknown = _unknown(tuple(native))
+    for step in script.steps:
+        if step.name in unknown:
+            known = [*ours, *_former_names()]
             nearest = difflib.get_close_matches(step.name, known, n=1, cutoff=0.0)[0]
             raise InvalidXml(
                 script.source, step.line, f"no filter is called {step.name!r}; the nearest known name is {nearest!r}"
             )
 
 
+def load(ms: pymeshlab.MeshSet, script: Script) -> None:
+    """Make a script that was read the MeshSet's own; ours keep their values whatever types the file gave them."""
+    ours = _ours()
+    steps = []
+    for step in script.steps:
+        if step.name in ours:
+            _values(step, ours[step.name], script.source)
+            step = Step(step.name, tuple(p | {"type": _TEXT} for p in step.parameters), step.line)
+        steps.append(step)
+    _load(ms, steps)
+
+
 def run(ms: pymeshlab.MeshSet, script: Script, filters: Filters) -> None:
     """Run a script, ours and MeshLab's, without recording it anew; nothing runs unless :func:`check` has passed."""
     check(script)
-    ours = {descriptor.name: descriptor for descriptor in map(descriptors.load, descriptors.names())}
+    ours = _ours()
     for is_ours, group in itertools.groupby(script.steps, key=lambda step: step.name in ours):
-        with leaving_no_trace(ms):
+        with keeping_script(ms):
             if is_ours:
                 for step in group:
                     descriptor = ours[step.name]
@@ -123,7 +148,12 @@ def run(ms: pymeshlab.MeshSet, script: Script, filters: Filters) -> None:
 
 def has_ours(script: Script) -> bool:
     """Whether a script needs this package to run."""
-    return not {descriptors.load(name).name for name in descriptors.names()}.isdisjoint(s.name for s in script.steps)
+    return not _ours().keys().isdisjoint(step.name for step in script.steps)
+
+
+def _ours() -> dict[str, Descriptor]:
+    """Our descriptors by display name."""
+    return {descriptor.name: descriptor for descriptor in map(descriptors.load, descriptors.names())}
 
 
 def _script(data: bytes, source: str) -> Script:
@@ -134,10 +164,10 @@ def _script(data: bytes, source: str) -> Script:
 
 
 def _step(element: Element, source: str) -> Step:
-    if element.tag not in ("filter", "xmlfilter") or "name" not in element.attributes:
+    if element.tag != "filter" or "name" not in element.attributes:
         raise InvalidXml(source, element.line, f'expected <filter name="...">, found <{element.tag}>')
     for child in element.children:
-        if child.tag not in ("Param", "xmlparam") or "name" not in child.attributes:
+        if child.tag != "Param" or "name" not in child.attributes:
             raise InvalidXml(source, child.line, f'expected <Param name="...">, found <{child.tag}>')
     return Step(element.attributes["name"], tuple(child.attributes for child in element.children), element.line)
 
@@ -150,11 +180,15 @@ def _values(step: Step, descriptor: Descriptor, source: str) -> dict[str, Any]:
         name, text = attributes["name"], attributes.get("value", "")
         if name not in known:
             raise InvalidXml(source, step.line, f"filter {step.name!r} has no parameter {name!r}")
+        if name in values:
+            raise InvalidXml(source, step.line, f"filter {step.name!r} has {name!r} twice")
         try:
             values[name] = _from_text(known[name], text)
         except ValueError as error:
             reason = f"{name} of filter {step.name!r} is {text!r}, which is no {known[name].type}"
             raise InvalidXml(source, step.line, reason) from error
+    if values.get("modes") and values.get("wavelength"):
+        raise InvalidXml(source, step.line, f"filter {step.name!r} has both modes and a wavelength; give one of them")
     return values
 
 
@@ -172,7 +206,7 @@ def _from_text(parameter: Parameter, text: str) -> Any:
             raise ValueError(text)
         return text
     number = int(text) if parameter.type == "int" else float(text)
-    if not parameter.minimum <= number <= parameter.maximum:
+    if not (math.isfinite(number) and parameter.minimum <= number <= parameter.maximum):
         raise ValueError(text)
     return number
 
@@ -183,8 +217,7 @@ def _load(ms: pymeshlab.MeshSet, steps: Sequence[Step]) -> None:
         path = Path(folder) / "script.mlx"
         path.write_text(_as_script(steps), encoding="utf-8")
         ms.clear_filter_script()
-        with native_output_dropped():  # pymeshlab prints what it reads, verbose or not
-            _NATIVE_LOAD(ms, str(path))
+        load_script(ms, path)
 
 
 def _as_script(steps: Sequence[Step]) -> str:
@@ -199,39 +232,45 @@ def _as_xml(step: Step) -> str:
     return "\n".join([*lines, " </filter>\n"])
 
 
-def _former_names() -> dict[str, str]:
-    """Names made from MeshLab's display names, and pymeshlab's of today: a table that comes with pymeshlab."""
+def _former_names() -> list[str]:
+    """About what MeshLab's filters are called: pymeshlab comes with a table of names made from display names."""
     table = Path(pymeshlab.__file__).parent / "keys.txt"
-    pairs = (line.split() for line in table.read_text(encoding="utf-8").splitlines() if line.strip())
-    today = set(pymeshlab.filter_list())
-    return {former: name for former, name in pairs if name in today}
+    lines = table.read_text(encoding="utf-8").splitlines()
+    return [line.split()[0].replace("_", " ").title() for line in lines if line.strip()]
 
 
-def _is_native(name: str) -> bool:
-    """Whether pymeshlab has a filter of that display name."""
+@functools.lru_cache(maxsize=64)
+def _unknown(names: tuple[str, ...]) -> frozenset[str]:
+    """Those of the display names that pymeshlab has no filter of.
 
-    def letters(text: str) -> str:
-        return re.sub(r"[^a-z0-9]", "", text.lower())
-
-    if letters(name) in {letters(former) for former in _former_names()}:
-        return True
-    # The table is older than some filters. pymeshlab cannot be asked for display names, but when it is to run an
-    # unknown one, and only then, it says that something really bad happened. That is tried on an empty MeshSet in a
-    # process of its own, as some filters crash there.
-    with tempfile.TemporaryDirectory(prefix="specsmooth-") as folder:
-        (Path(folder) / "script.mlx").write_text(_as_script([Step(name, (), 0)]), encoding="utf-8")
-        command = [sys.executable, "-c", _TRY]
-        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)  # noqa: S603
-    return "UNKNOWN" not in done.stdout
+    pymeshlab cannot be asked, but when it is to run an unknown filter, and only then, it says that something really bad
+    happened. That is tried on empty MeshSets in a process of its own, as some filters crash there; one that does is
+    known, and the names after it are tried in another process.
+    """
+    unknown: set[str] = set()
+    left = list(names)
+    while left:
+        with tempfile.TemporaryDirectory(prefix="specsmooth-") as folder:
+            for number, name in enumerate(left):
+                (Path(folder) / f"{number}.mlx").write_text(_as_script([Step(name, (), 0)]), encoding="utf-8")
+            command = [sys.executable, "-c", _TRY, str(len(left))]
+            done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)  # noqa: S603
+        answers = [line.split()[1] for line in done.stdout.splitlines() if line.startswith("ANSWER ")]
+        unknown.update(name for name, answer in zip(left, answers, strict=False) if answer == "unknown")
+        left = left[len(answers) + 1 :]
+    return frozenset(unknown)
 
 
 _TRY = """
-import pymeshlab
-ms = pymeshlab.MeshSet()
-ms.load_filter_script("script.mlx")
-try:
-    ms.apply_filter_script()
-except pymeshlab.PyMeshLabException as error:
-    if "Something really bad happened" in str(error):
-        print("UNKNOWN")
+import sys, pymeshlab
+for number in range(int(sys.argv[1])):
+    ms = pymeshlab.MeshSet()
+    ms.load_filter_script(f"{number}.mlx")
+    answer = "known"
+    try:
+        ms.apply_filter_script()
+    except pymeshlab.PyMeshLabException as error:
+        if "Something really bad happened" in str(error):
+            answer = "unknown"
+    print(f"\\nANSWER {answer}", flush=True)
 """
