@@ -7,10 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 from scipy.sparse import coo_array, csr_array
+from scipy.sparse.csgraph import connected_components
 
 from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.operators import Laplacian, graph_laplacian
-from meshlab_specsmooth.surface import Floats, Integers, mean_length
+from meshlab_specsmooth.surface import Floats, Integers
 
 BOUNDARIES = ("free", "fixed", "curve")
 
@@ -32,12 +33,15 @@ class Rim:
         C^T C of the segments' midpoints.
     mean_edge : float
         Mean length of its segments, in the units of the positions.
+    length : (k, 1) float64
+        Length of the boundary curve that each vertex lies on, in the units of the positions.
     """
 
     vertices: Integers
     L: Laplacian
     gram: csr_array
     mean_edge: float
+    length: Floats
 
 
 def rim(positions: Floats, ends: Integers, face_count: npt.NDArray[np.int64]) -> Rim | None:
@@ -50,7 +54,10 @@ def rim(positions: Floats, ends: Integers, face_count: npt.NDArray[np.int64]) ->
     k, m = len(vertices), len(local)
     C = coo_array((np.full(2 * m, 0.5), (np.repeat(np.arange(m), 2), local.ravel())), shape=(m, k)).tocsr()
     L = graph_laplacian(k, local.astype(np.int32), np.ones(m))
-    return Rim(vertices.astype(np.int32), L, (C.T @ C).tocsr(), mean_length(positions, segments))
+    segment_length = np.linalg.norm(positions[segments[:, 0]] - positions[segments[:, 1]], axis=1)
+    _, curve = connected_components(L.S, directed=False)
+    length = np.bincount(curve[local[:, 0]], weights=segment_length)[curve]
+    return Rim(vertices.astype(np.int32), L, (C.T @ C).tocsr(), float(segment_length.mean()), length[:, None])
 
 
 def weights(name: str, given: npt.ArrayLike, count: int) -> Floats:

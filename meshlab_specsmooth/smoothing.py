@@ -259,7 +259,8 @@ class Prepared:
             if along is not None and self.rim is not None:
                 at, curve = self.rim.vertices, self.rim.L
                 change_along = region.field[at] * change_of(curve, along.filter, curve @ V[at], None)
-                held = Constraints(region.mask[at], np.ones((len(at), 1)), np.zeros_like(change_along))
+                free = region.mask[at] * self._is_long(self.rim, across)
+                held = Constraints(free, np.ones((len(at), 1)), np.zeros_like(change_along))
                 prescribed[at] = solve(curve, self.rim.gram, weight, change_along, None, held).displacement
             constraints = Constraints(region.free, region.rows, prescribed) if region.is_constrained else None
             solutions.append(solve(self.L, self.gram, weight, change, step_3, constraints))
@@ -317,6 +318,15 @@ class Prepared:
         if boundary != "curve" or self.rim is None or self.rim.mean_edge == 0:
             return None
         return make(self.rim.L.S, self.mean_edge / self.rim.mean_edge / np.sqrt(2))
+
+    def _is_long(self, curve: Rim, across: Design) -> Floats:
+        """1 at the rim's vertices on curves that the cut-off leaves round.
+
+        The roundness of a closed curve is the wave that goes round it once. Where that is cut off, and with a margin
+        for the softened step, the hole would close.
+        """
+        wavelength = wavelength_in_edges(across.cutoff.eigenvalue) * self.mean_edge
+        return (curve.length > 1.25 * wavelength).astype(np.float64)
 
     def _result(
         self, displacement: Floats, low_pass: Design, weight: float, solutions: list[Solution], start: float
@@ -453,9 +463,10 @@ def smooth(
         See :func:`meshlab_specsmooth.operators.laplacian`.
     method : {"auto", "exact", "chebyshev"}
         How h(L) is applied: with eigenvectors, or with a polynomial; ``"auto"`` is exact up to 1000 vertices.
-    boundary : {"curve", "fixed", "free"}
-        What happens at the boundary of an open surface: its curve is smoothed along itself, by the same three steps;
-        it stays; or it is smoothed like the rest, which draws it inwards (the paper).
+    boundary : {"fixed", "curve", "free"}
+        What happens at the boundary of an open surface: it stays; its curve is smoothed along itself, by the same three
+        steps, except small holes (shorter round than the wavelength), which stay; or it is smoothed like the rest,
+        which draws it inwards (the paper).
     mask : (n,) array of weights in [0, 1] or of bool, optional
         Vertices that may move: those whose weight is above 0. The others stay to the bit, and the displacement fades
         out towards them without a seam.

@@ -342,6 +342,12 @@ def test_run_applies_a_script_to_a_file(scan, tmp_path, capsys):
     assert capsys.readouterr().out == f"{tmp_path / 'o.ply'}: Taubin Smooth, Spectral Smooth\n"
 
 
+def test_an_empty_script_says_that_it_did_nothing(scan, tmp_path, capsys):
+    (tmp_path / "s.mlx").write_text("<FilterScript/>")
+    assert main(["run", str(tmp_path / "s.mlx"), str(scan), str(tmp_path / "o.ply")]) == 0
+    assert "the script has no filter" in capsys.readouterr().out
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [

@@ -45,20 +45,41 @@ def error(surface, where):
 
 
 @pytest.mark.parametrize("weight", [1.0, 0.3])
-def test_at_the_default_the_rim_of_a_scan_keeps_its_length_and_area(weight):
-    result = smoothed(barycenter_weight=weight)
+@pytest.mark.parametrize("scan", [(NOISY, CLEAN.faces), rough(sheet(30, 20))], ids=["torus", "sheet"])
+def test_at_the_default_the_rim_of_a_scan_keeps_its_length_and_area(scan, weight):
+    before = mss.Surface(*scan)
+    result = mss.Surface(mss.smooth(*scan, barycenter_weight=weight).vertices, before.faces)
+    assert rim_length(result) == pytest.approx(rim_length(before), rel=0.01)
+    assert enclosed_area(result) == pytest.approx(enclosed_area(before), rel=0.01)
+    assert (result.vertices != before.vertices).any()
+
+
+@pytest.mark.parametrize("weight", [1.0, 0.3])
+def test_as_a_curve_a_noisy_rim_takes_the_length_that_it_had_without_noise(weight):
+    result = smoothed(boundary="curve", barycenter_weight=weight)
     noisy = mss.Surface(NOISY, CLEAN.faces)
-    # noise makes a curve longer (by a tenth here) and smoothing must take that back, so the true curve is the measure
-    assert rim_length(noisy) > 1.1 * rim_length(CLEAN)
+    assert rim_length(noisy) > 1.1 * rim_length(CLEAN)  # noise makes a curve longer
     assert rim_length(result) == pytest.approx(rim_length(CLEAN), rel=0.02)
     assert enclosed_area(result) == pytest.approx(enclosed_area(noisy), rel=0.01)
 
 
-def test_the_rim_of_a_clean_scan_stays_within_a_percent():
+def test_as_a_curve_the_rim_of_a_clean_scan_stays_within_a_percent():
     V, F = open_scan()
-    result = mss.Surface(mss.smooth(V, F, barycenter_weight=0.3).vertices, F)
+    result = mss.Surface(mss.smooth(V, F, boundary="curve", barycenter_weight=0.3).vertices, F)
     assert rim_length(result) == pytest.approx(rim_length(CLEAN), rel=0.01)
     assert enclosed_area(result) == pytest.approx(enclosed_area(CLEAN), rel=0.01)
+
+
+def test_small_holes_are_not_closed():
+    V, F = rough(torus(60, 30))
+    F = F[~(F == 500).any(axis=1)]  # a hole of six edges
+    rim = boundary_vertices(mss.Surface(V, F))
+    assert rim.sum() == 6
+    result = mss.smooth(V, F, boundary="curve", barycenter_weight=0.1)
+    assert np.array_equal(result.vertices[rim], V[rim])
+    # and where waves are short enough to go round, it is smoothed
+    short = mss.smooth(V, F, boundary="curve", wavelength=3.5 * result.mean_edge)
+    assert (short.vertices[rim] != V[rim]).all(axis=1).any()
 
 
 def test_the_curve_is_the_best_of_the_three_and_free_draws_the_rim_inwards():
@@ -76,7 +97,7 @@ def test_a_fixed_boundary_stays_to_the_bit_and_a_curve_moves_by_itself():
     # the curve does not feel the surface: other coordinates inside leave it as it is
     inside = np.where(RIM[:, None], NOISY, 0.9 * NOISY)
     result = mss.smooth(NOISY, CLEAN.faces, wavelength=2.0, boundary="curve")
-    other = mss.smooth(inside, CLEAN.faces, wavelength=2.0 * 1.0, boundary="curve")
+    other = mss.smooth(inside, CLEAN.faces, wavelength=2.0, boundary="curve")
     scale = np.linalg.norm(result.vertices[RIM] - NOISY[RIM])
     moved, moved_too = (r.vertices[RIM] - NOISY[RIM] for r in (result, other))
     assert np.linalg.norm(moved - moved_too) < 0.02 * scale
@@ -107,7 +128,7 @@ def test_unselected_vertices_stay_to_the_bit(smoother):
     V[~mask & (np.arange(len(V)) % 2 == 0), 2] = -0.0  # the sign of a zero is a bit too
     result = smoother(V, CLEAN.faces, mask=mask)
     assert result.vertices[~mask].tobytes() == V[~mask].tobytes()
-    assert (result.vertices[mask] != V[mask]).any(axis=1).mean() > 0.95
+    assert (result.vertices[mask] != V[mask]).any(axis=1).mean() > 0.9
 
 
 @pytest.mark.parametrize("smoother", [mss.smooth, mss.low_pass])

@@ -29,4 +29,4 @@ def run(arguments: argparse.Namespace) -> None:
     ms = files.read(arguments.input)
     scripts.run(ms, script, FILTERS)
     files.write(ms, arguments.output, source=arguments.input)
-    print(f"{arguments.output}: {', '.join(step.name for step in script.steps)}")
+    print(f"{arguments.output}: {', '.join(step.name for step in script.steps) or 'the script has no filter'}")
