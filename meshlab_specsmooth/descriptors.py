@@ -50,8 +50,6 @@ class Parameter:
         Inclusive bounds of a number; infinite where there are none.
     values : tuple of str
         Names of an enum's values.
-    important : bool
-        Whether it belongs among the first things to try.
     """
 
     name: str
@@ -62,7 +60,6 @@ class Parameter:
     minimum: float
     maximum: float
     values: tuple[str, ...]
-    important: bool
 
     @property
     def kind(self) -> str:
@@ -195,7 +192,8 @@ def _parameter(element: Element, source: str) -> Parameter:
     name, kind = element.attributes["parName"], element.attributes["parType"]
     if not name.isidentifier():
         _refuse(element, source, f"parName {name!r} is no Python name")
-    _boolean(element, element.attributes["parIsPersistent"], source)
+    for flag in ("parIsImportant", "parIsPersistent"):
+        _boolean(element, element.attributes[flag], source)
     _expect(help_element, source, "PARAM_HELP", [], [])
     bounded = gui.tag in ("SLIDER_GUI", "ABSPERC_GUI")
     _expect(gui, source, gui.tag, ["guiLabel", "guiMin", "guiMax"] if bounded else ["guiLabel"], [])
@@ -224,7 +222,6 @@ def _parameter(element: Element, source: str) -> Parameter:
         minimum,
         maximum,
         values,
-        _boolean(element, element.attributes["parIsImportant"], source),
     )
 
 

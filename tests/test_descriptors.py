@@ -31,7 +31,6 @@ def test_every_part_is_read():
     assert [p.default for p in filter_.parameters] == [True, 3, 0.5, Length(0.02), "down"]
     assert filter_["way"].values == ("up", "down")
     assert (filter_["share"].minimum, filter_["share"].maximum) == (0, 1)
-    assert (filter_["much"].important, filter_["count"].important) == (True, False)
     assert (filter_["reach"].label, filter_["reach"].help) == ("Reach", "Reach.")
 
 

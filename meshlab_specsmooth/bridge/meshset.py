@@ -199,10 +199,15 @@ def _verbosity(ms: pymeshlab.MeshSet) -> tuple[bool, bool]:
 
 
 def _what_a_filter_tells(ms: pymeshlab.MeshSet) -> str:
-    """What C++ prints of a filter that does nothing."""
-    with native_output() as told, contextlib.redirect_stdout(io.StringIO()):
+    """What is printed of a filter that does nothing, by C++ and by way of Python.
+
+    Both count: pymeshlab silences C++'s streams for the whole process while a filter runs, and where threads run filters
+    at once, they may stay so.
+    """
+    printed = io.StringIO()
+    with native_output() as told, contextlib.redirect_stdout(printed):
         ms.set_selection_none(allfaces=False, allverts=False)
-    return told[0]
+    return told[0] + printed.getvalue()
 
 
 # standard output and error belong to the process, so threads take turns
@@ -211,7 +216,7 @@ _streams = threading.RLock()
 
 @contextlib.contextmanager
 def native_output() -> Iterator[list[str]]:
-    """Catch what C++ writes to standard output and error, for the milliseconds of one call; it is in the list after."""
+    """Catch what C++ writes to standard output and error during one short call; afterwards it is in the list."""
     told: list[str] = []
     with _streams, tempfile.TemporaryFile() as file:
         for stream in (sys.stdout, sys.stderr):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import textwrap
 
 from meshlab_specsmooth import descriptors
 from meshlab_specsmooth.bridge import files, filters
@@ -14,7 +15,7 @@ from meshlab_specsmooth.errors import InvalidParameter
 _DESCRIPTOR = descriptors.load("apply_coord_spectral_smoothing")
 
 SUMMARY = "smooth a mesh file"
-DESCRIPTION = _DESCRIPTOR.help
+DESCRIPTION = textwrap.fill(_DESCRIPTOR.help, 100)
 EXAMPLES = """examples:
   specsmooth smooth scan.ply smooth.ply
   specsmooth smooth scan.ply smooth.obj --wavelength 2% --barycenter-weight 0.3
