@@ -145,6 +145,12 @@ def eigenvalues(name):
     return np.linalg.eigvalsh(MANY_MODES[name]().toarray())
 
 
+def test_all_modes_of_a_large_mesh_are_everything():
+    S = MANY_MODES["open"]()
+    cutoff = density.cutoff_of_modes(S, S.shape[0])
+    assert (cutoff.eigenvalue, cutoff.modes, cutoff.error) == (2, S.shape[0], 0)
+
+
 def test_the_stated_error_is_small_where_modes_are_many():
     assert density.cutoff_of_modes(MANY_MODES["closed"](), 1000).error < 0.04
 

@@ -201,8 +201,8 @@ def _verbosity(ms: pymeshlab.MeshSet) -> tuple[bool, bool]:
 def _what_a_filter_tells(ms: pymeshlab.MeshSet) -> str:
     """What is printed of a filter that does nothing, by C++ and by way of Python.
 
-    Both count: pymeshlab silences C++'s streams for the whole process while a filter runs, and where threads run filters
-    at once, they may stay so.
+    Both count: pymeshlab silences C++'s streams for the whole process while a filter runs, and where threads run
+    filters at once, they may stay so.
     """
     printed = io.StringIO()
     with native_output() as told, contextlib.redirect_stdout(printed):
