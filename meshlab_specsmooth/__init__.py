@@ -12,6 +12,7 @@ from meshlab_specsmooth.errors import (
     FileError,
     InvalidParameter,
     InvalidSurface,
+    InvalidXml,
     MeshSetError,
     MissingExtra,
     NotConverged,
@@ -22,7 +23,6 @@ from meshlab_specsmooth.smoothing import Prepared, SmoothingResult, enhance, low
 from meshlab_specsmooth.spectrum import Spectrum, spectrum
 from meshlab_specsmooth.surface import Surface
 from meshlab_specsmooth.version import VERSION
-from meshlab_specsmooth.xmltree import InvalidXml
 
 __version__ = VERSION
 

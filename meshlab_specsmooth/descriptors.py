@@ -14,7 +14,8 @@ from dataclasses import dataclass
 from importlib.resources import files
 from typing import NoReturn
 
-from meshlab_specsmooth.xmltree import Element, InvalidXml, parse
+from meshlab_specsmooth.errors import InvalidXml
+from meshlab_specsmooth.xmltree import Element, parse
 
 Value = bool | int | float | str
 
@@ -60,6 +61,10 @@ class Parameter:
     minimum: float
     maximum: float
     values: tuple[str, ...]
+
+    def allows(self, number: float) -> bool:
+        """Whether a number is finite and within the bounds."""
+        return math.isfinite(number) and self.minimum <= number <= self.maximum
 
     @property
     def kind(self) -> str:

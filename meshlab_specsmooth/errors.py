@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 
 class SpecsmoothError(Exception):
     """Base of every error that this package raises on purpose."""
@@ -29,6 +31,13 @@ class InvalidParameter(SpecsmoothError, ValueError):  # noqa: N818
     """A parameter outside what the method allows."""
 
 
+def check_name(parameter: str, given: str, known: Iterable[str]) -> None:
+    """Refuse a name that is none of those known; raises :class:`InvalidParameter`."""
+    names = tuple(known)
+    if given not in names:
+        raise InvalidParameter(f"{parameter} is {given!r}; it must be one of {', '.join(map(repr, names))}")
+
+
 class NotConverged(SpecsmoothError, ArithmeticError):  # noqa: N818
     """An iteration that ended before it reached its tolerance."""
 
@@ -43,6 +52,15 @@ class MeshSetError(SpecsmoothError, RuntimeError):
 
 class FileError(SpecsmoothError, OSError):
     """A mesh file that cannot be read or written."""
+
+
+class InvalidXml(SpecsmoothError, ValueError):  # noqa: N818
+    """An XML file that is malformed or does not follow its grammar: file, line, reason."""
+
+    def __init__(self, source: str, line: int, reason: str) -> None:
+        self.source = source
+        self.line = line
+        super().__init__(f"{source}:{line}: {reason}")
 
 
 class MissingExtra(SpecsmoothError, ImportError):  # noqa: N818

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import erfc
 
-from meshlab_specsmooth.errors import InvalidParameter
+from meshlab_specsmooth.errors import InvalidParameter, check_name
 from meshlab_specsmooth.surface import Floats
 
 Gain = Callable[[Floats], Floats]
@@ -125,8 +125,7 @@ def response(name: str, cutoff: float) -> Response:
     InvalidParameter
         An unknown name, or a cut-off outside (0, 2].
     """
-    if name not in RESPONSES:
-        raise InvalidParameter(f"response is {name!r}; it must be one of {', '.join(map(repr, RESPONSES))}")
+    check_name("response", name, RESPONSES)
     if not 0 < cutoff <= 2:
         raise InvalidParameter(f"cut-off is {cutoff:g}; eigenvalues lie in (0, 2]")
     return RESPONSES[name](cutoff)

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from scipy.sparse import csr_array
 
 from meshlab_specsmooth.descriptors import ENHANCEMENT_DEFAULTS, SMOOTHING_DEFAULTS
-from meshlab_specsmooth.errors import InvalidParameter
+from meshlab_specsmooth.errors import InvalidParameter, check_name
 from meshlab_specsmooth.operators import LAPLACIANS, Laplacian, barycenters
 from meshlab_specsmooth.operators import laplacian as build_laplacian
 from meshlab_specsmooth.reconstruction import Constraints, Solution, solve
@@ -298,8 +298,7 @@ class Prepared:
         return weights(name, given, len(self.surface.vertices))[self.moving, None]
 
     def _region(self, boundary: str, mask: npt.ArrayLike | None, field: Floats | float) -> _Region:
-        if boundary not in BOUNDARIES:
-            raise InvalidParameter(f"boundary is {boundary!r}; it must be one of {', '.join(map(repr, BOUNDARIES))}")
+        check_name("boundary", boundary, BOUNDARIES)
         everywhere = np.ones((len(self.moving), 1))
         inside = everywhere if mask is None else (self._weights("mask", mask) > 0).astype(np.float64)
         rows, free = everywhere.copy(), inside.copy()
@@ -396,8 +395,7 @@ def prepare(vertices: npt.ArrayLike, faces: npt.ArrayLike, *, laplacian: str = _
     moving = np.flatnonzero(has_edge).astype(np.int32)
     number = (np.cumsum(has_edge) - 1).astype(np.int32)  # of each moving vertex among them
     positions, exponent = _normalised(surface.vertices[moving])
-    if laplacian not in LAPLACIANS:
-        raise InvalidParameter(f"laplacian is {laplacian!r}; it must be one of {', '.join(map(repr, LAPLACIANS))}")
+    check_name("laplacian", laplacian, LAPLACIANS)
     if len(moving) == 0:
         nothing = csr_array((0, 0))
         L = Laplacian(nothing, np.empty((0, 1)))

@@ -6,19 +6,10 @@ from dataclasses import dataclass, field
 from typing import Any
 from xml.parsers import expat
 
-from meshlab_specsmooth.errors import SpecsmoothError
+from meshlab_specsmooth.errors import InvalidXml
 
 LARGEST_FILE = 4 * 2**20  # bytes; a filter script of a thousand filters has one to three million
 DEEPEST_NESTING = 32
-
-
-class InvalidXml(SpecsmoothError, ValueError):  # noqa: N818
-    """An XML file that is malformed or does not follow its grammar: file, line, reason."""
-
-    def __init__(self, source: str, line: int, reason: str) -> None:
-        self.source = source
-        self.line = line
-        super().__init__(f"{source}:{line}: {reason}")
 
 
 @dataclass

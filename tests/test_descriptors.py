@@ -4,7 +4,7 @@ import pytest
 
 from meshlab_specsmooth import descriptors, xmltree
 from meshlab_specsmooth.descriptors import Length, load, names, read
-from meshlab_specsmooth.xmltree import InvalidXml
+from meshlab_specsmooth.errors import InvalidXml
 
 GOOD = """<?xml version="1.0" encoding="UTF-8"?>
 <!DOCTYPE MESHLAB_FILTER_INTERFACE>

@@ -19,7 +19,7 @@ from pymeshlab import PyMeshLabException
 
 from meshlab_specsmooth import descriptors
 from meshlab_specsmooth.bridge import scripts
-from meshlab_specsmooth.bridge.meshset import leaving_no_trace, pull, push, push_quality
+from meshlab_specsmooth.bridge.meshset import is_verbose, pull, push, push_quality
 from meshlab_specsmooth.bridge.parameters import RefusedParameter, resolve
 from meshlab_specsmooth.descriptors import Descriptor
 from meshlab_specsmooth.errors import InvalidParameter
@@ -68,9 +68,7 @@ def mesh_filter(implementation: Implementation) -> Filter:
             raise PyMeshLabException(
                 f"Failed to apply filter:  '{descriptor.function}. Current mesh does not have Any Faces."
             )
-        with leaving_no_trace(ms) as verbose:
-            pass
-        if verbose:
+        if is_verbose(ms):
             # in pymeshlab's words
             print(f"\nApplying filter {descriptor.function} with the following parameters:\n{values}\n")  # noqa: T201
         try:
@@ -193,7 +191,7 @@ def compute_scalar_by_spectral_displacement(
     True
     """  # noqa: D205 (what it does stands in the descriptor)
     vertices, faces = pull(ms)
-    result = _smoother(ms, Prepared.smooth, values)(progress)
+    result = _smoothed(ms, Prepared.smooth, values, progress)
     normals = vertex_normals(Surface(result.vertices, faces))
     written = push_quality(ms, ((result.vertices - vertices) * normals).sum(axis=1))
     return {"rms": float(np.sqrt((written**2).mean())), "min": float(written.min()), "max": float(written.max())}
@@ -225,17 +223,17 @@ def _move(
 ) -> dict[str, Any]:
     """Pull, compute, push; the evidence as a dict."""
     start = time.perf_counter()
-    result = _smoother(ms, method, values)(progress)
+    result = _smoothed(ms, method, values, progress)
     push(ms, result.vertices)
     evidence = dict(vars(result)) | {"seconds": time.perf_counter() - start}
     del evidence["vertices"]
     return evidence
 
 
-def _smoother(
-    ms: pymeshlab.MeshSet, method: Callable[..., SmoothingResult], values: dict[str, Any]
-) -> Callable[[Progress | None], SmoothingResult]:
-    """A method of :class:`Prepared` with a filter's values turned into its arguments."""
+def _smoothed(
+    ms: pymeshlab.MeshSet, method: Callable[..., SmoothingResult], values: dict[str, Any], progress: Progress | None
+) -> SmoothingResult:
+    """What a method of :class:`Prepared` makes of the current mesh, a filter's values turned into its arguments."""
     vertices, faces = pull(ms)
     if values.pop("selected", False):
         values["mask"] = _selected(ms, "vertex_selection") | _selected(ms, "face_selection")
@@ -245,7 +243,7 @@ def _smoother(
         if values.get(length) == 0:  # zero stands for "not given", as a filter's parameters all have a value
             del values[length]
     prepared = prepare(vertices, faces, laplacian=values.pop("laplacian"))
-    return lambda progress: method(prepared, **values, progress=progress)
+    return method(prepared, **values, progress=progress)
 
 
 def _selected(ms: pymeshlab.MeshSet, what: str) -> npt.NDArray[np.bool_]:

@@ -144,6 +144,12 @@ def _delete(ms: pymeshlab.MeshSet, temporary: int) -> None:
     ms.set_current_mesh(current)
 
 
+def is_verbose(ms: pymeshlab.MeshSet) -> bool:
+    """Whether the MeshSet prints which filters it runs; it must have a mesh."""
+    with leaving_no_trace(ms) as verbose:
+        return verbose
+
+
 @contextlib.contextmanager
 def leaving_no_trace(ms: pymeshlab.MeshSet) -> Iterator[bool]:
     """Filters called inside are neither printed nor kept in the filter script; yields whether the MeshSet is verbose.

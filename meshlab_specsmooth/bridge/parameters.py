@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -59,7 +58,7 @@ def value(parameter: Parameter, given: Any, ms: pymeshlab.MeshSet) -> Any:
             f"Parameter {parameter.name}: Unable to cast Python instance of type {type(given)} to {parameter.type}."
         )
     number = convert(given)
-    if parameter.type != "bool" and not (math.isfinite(number) and parameter.minimum <= number <= parameter.maximum):
+    if parameter.type != "bool" and not parameter.allows(number):
         raise PyMeshLabException(
             f"Parameter {parameter.name}: {parameter.type} value {number} out of bounds "
             f"(min: {parameter.minimum:g}; max: {parameter.maximum:g})."

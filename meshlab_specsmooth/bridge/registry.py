@@ -55,7 +55,7 @@ def register() -> None:
     with _lock:
         if _undo:
             return
-        for target, functions in ((pymeshlab.MeshSet, _methods(pymeshlab.MeshSet)), (pymeshlab, _module_functions())):
+        for target, functions in ((pymeshlab.MeshSet, _methods()), (pymeshlab, _module_functions())):
             for name, function in functions.items():
                 _replace(target, name, function)
 
@@ -77,10 +77,10 @@ def _replace(target: Any, name: str, function: Any) -> None:
     setattr(target, name, function)
 
 
-def _methods(base: Any) -> dict[str, Any]:
-    """Methods of a MeshSet that know our filters and leave the rest to those that ``base`` has now."""
+def _methods() -> dict[str, Any]:
+    """Methods of a MeshSet that know our filters and leave the rest to those that pymeshlab's has now."""
     native = {
-        name: getattr(base, name)
+        name: getattr(pymeshlab.MeshSet, name)
         for name in ("apply_filter", "filter_parameter_values", "load_filter_script", "apply_filter_script")
     }
 
@@ -127,7 +127,7 @@ def _method(name: str) -> Callable[..., Any]:
     return method
 
 
-for _name, _function in _methods(pymeshlab.MeshSet).items():
+for _name, _function in _methods().items():
     setattr(MeshSet, _name, _function)
 
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 import difflib
 import functools
 import itertools
-import math
 import os
 import subprocess
 import sys
@@ -26,8 +25,8 @@ import pymeshlab
 from meshlab_specsmooth import descriptors
 from meshlab_specsmooth.bridge.meshset import keeping_script, load_script
 from meshlab_specsmooth.descriptors import Descriptor, Parameter
-from meshlab_specsmooth.errors import FileError
-from meshlab_specsmooth.xmltree import Element, InvalidXml, parse
+from meshlab_specsmooth.errors import FileError, InvalidXml
+from meshlab_specsmooth.xmltree import Element, parse
 
 # pymeshlab's own, whatever is registered later
 _NATIVE_APPLY = pymeshlab.MeshSet.apply_filter_script
@@ -74,10 +73,7 @@ def read(path: str | os.PathLike[str]) -> Script:
 
 def of(ms: pymeshlab.MeshSet) -> Script:
     """The filter script of a MeshSet."""
-    with tempfile.TemporaryDirectory(prefix="specsmooth-") as folder:
-        path = Path(folder) / "script.mlx"
-        ms.save_filter_script(str(path))
-        return _script(path.read_bytes(), "the MeshSet's filter script")
+    return _script(_saved(ms), "the MeshSet's filter script")
 
 
 def record(ms: pymeshlab.MeshSet, descriptor: Descriptor, values: dict[str, Any]) -> None:
@@ -92,14 +88,10 @@ def record(ms: pymeshlab.MeshSet, descriptor: Descriptor, values: dict[str, Any]
         }
         for parameter in descriptor.parameters
     )
-    with tempfile.TemporaryDirectory(prefix="specsmooth-") as folder:
-        path = Path(folder) / "script.mlx"
-        ms.save_filter_script(str(path))
-        # as text: a session's script may be longer than one from a stranger is allowed to be
-        before = path.read_text(encoding="utf-8").replace("<FilterScript/>", "<FilterScript></FilterScript>")
-        start, end, rest = before.rpartition("</FilterScript>")
-        path.write_text(start + _as_xml(Step(descriptor.name, parameters, 0)) + end + rest, encoding="utf-8")
-        load_script(ms, path)
+    # as text: a session's script may be longer than one from a stranger is allowed to be
+    before = _saved(ms).decode().replace("<FilterScript/>", "<FilterScript></FilterScript>")
+    start, end, rest = before.rpartition("</FilterScript>")
+    _load_text(ms, start + _as_xml(Step(descriptor.name, parameters, 0)) + end + rest)
 
 
 def check(script: Script) -> None:
@@ -128,7 +120,7 @@ def load(ms: pymeshlab.MeshSet, script: Script) -> None:
             _values(step, ours[step.name], script.source)
             step = Step(step.name, tuple(p | {"type": _TEXT} for p in step.parameters), step.line)
         steps.append(step)
-    _load(ms, steps)
+    _load_text(ms, _as_script(steps))
 
 
 def run(ms: pymeshlab.MeshSet, script: Script, filters: Filters) -> None:
@@ -142,7 +134,7 @@ def run(ms: pymeshlab.MeshSet, script: Script, filters: Filters) -> None:
                     descriptor = ours[step.name]
                     filters[descriptor.function](ms, **_values(step, descriptor, script.source))
             else:
-                _load(ms, list(group))
+                _load_text(ms, _as_script(list(group)))
                 _NATIVE_APPLY(ms)
 
 
@@ -206,17 +198,24 @@ def _from_text(parameter: Parameter, text: str) -> Any:
             raise ValueError(text)
         return text
     number = int(text) if parameter.type == "int" else float(text)
-    if not (math.isfinite(number) and parameter.minimum <= number <= parameter.maximum):
+    if not parameter.allows(number):
         raise ValueError(text)
     return number
 
 
-def _load(ms: pymeshlab.MeshSet, steps: Sequence[Step]) -> None:
-    """Make these steps the MeshSet's filter script."""
+def _saved(ms: pymeshlab.MeshSet) -> bytes:
+    """The MeshSet's filter script as pymeshlab writes it."""
     with tempfile.TemporaryDirectory(prefix="specsmooth-") as folder:
         path = Path(folder) / "script.mlx"
-        path.write_text(_as_script(steps), encoding="utf-8")
-        ms.clear_filter_script()
+        ms.save_filter_script(str(path))
+        return path.read_bytes()
+
+
+def _load_text(ms: pymeshlab.MeshSet, text: str) -> None:
+    """Make a script's text the MeshSet's filter script."""
+    with tempfile.TemporaryDirectory(prefix="specsmooth-") as folder:
+        path = Path(folder) / "script.mlx"
+        path.write_text(text, encoding="utf-8")
         load_script(ms, path)
 
 

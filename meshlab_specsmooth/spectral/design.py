@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from scipy.sparse import csr_array
 
-from meshlab_specsmooth.errors import InvalidParameter
+from meshlab_specsmooth.errors import check_name
 from meshlab_specsmooth.response import Response, band, response
 from meshlab_specsmooth.spectral import SpectralFilter, density, eigenbasis
 from meshlab_specsmooth.spectral.chebyshev import approximate
@@ -101,6 +101,5 @@ def design_band(S: csr_array, longest: float, shortest: float, *, name: str, met
 
 
 def _is_exact(method: str, vertex_count: int) -> bool:
-    if method not in METHODS:
-        raise InvalidParameter(f"method is {method!r}; it must be one of {', '.join(map(repr, METHODS))}")
+    check_name("method", method, METHODS)
     return method == "exact" or (method == "auto" and vertex_count <= eigenbasis.DENSE_VERTICES)
