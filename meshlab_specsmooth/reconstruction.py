@@ -4,7 +4,7 @@ Solves min over V' of |L V' - delta'|^2 + w^2 |C V' - C V|^2 for the displacemen
 
     (L^T L + w^2 C^T C) x = L^T (delta' - L V),
 
-by conjugate gradients with a Jacobi preconditioner, all columns together, L and L^T applied in turn: neither a dense
+by conjugate gradients with a Jacobi preconditioner, x, y and z together, L and L^T applied in turn: neither a dense
 matrix nor L^T L is formed. On every component with an edge only constants are in the null space of L, and no constant
 but zero is in that of C, so the system is positive definite for every w > 0.
 """
@@ -14,15 +14,34 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csr_array
 
 from meshlab_specsmooth.errors import NotConverged
-from meshlab_specsmooth.operators import Laplacian
+from meshlab_specsmooth.graph import blocks
+from meshlab_specsmooth.graph.kernels import COLUMNS
+from meshlab_specsmooth.graph.laplacian import Laplacian
+from meshlab_specsmooth.operators import Gram
 from meshlab_specsmooth.spectral.progress import Progress
 from meshlab_specsmooth.surface import Floats
 
-TOLERANCE = 1e-8  # residual of the normal equations relative to their right-hand side, each column
+# Residual of the normal equations relative to their right-hand side, each column, at w = 1. Their least eigenvalue
+# falls as w^2, and so does what is asked for below 1: the displacement is then off by no more than about this share.
+TOLERANCE = 1e-6
+_LEAST_TOLERANCE = 1e-11  # rounding does not allow for much less
 MOST_ITERATIONS = 20_000
+
+
+def tolerance(weight: float) -> float:
+    """Relative residual that is asked for at a weight."""
+    return max(TOLERANCE * min(1.0, weight * weight), _LEAST_TOLERANCE)
+
+
+def passed_on(eigenvalues: Floats, weight: float) -> Floats:
+    """How far the displacement of a mode follows its differential coordinates: l / (l^2 + w^2 b), b = 2 - 4 l / 3.
+
+    So it is on a regular mesh, where b is the eigenvalue of C^T C; the share of an error in delta' that is seen.
+    """
+    b = np.maximum(2 - 4 * eigenvalues / 3, 0.0)
+    return np.asarray(eigenvalues / np.maximum(eigenvalues**2 + weight**2 * b, np.finfo(np.float64).tiny))
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +50,7 @@ class Solution:
 
     Attributes
     ----------
-    displacement : (n, k) float64
+    displacement : (n, 3) float64
     iterations : int
     residual : float
         Largest over the columns of |A x - b| / |b|, recomputed from the solution.
@@ -52,7 +71,7 @@ class Constraints:
         1 where a vertex may move, 0 where its displacement is prescribed.
     rows : (n, 1) float64
         1 where a vertex' differential coordinates are asked for, 0 where they have no say.
-    prescribed : (n, k) float64
+    prescribed : (n, 3) float64
         Displacements, in mesh units; 0 where free.
     """
 
@@ -61,9 +80,41 @@ class Constraints:
     prescribed: Floats
 
 
+@dataclass(frozen=True, eq=False)
+class _NormalMatrix:
+    """A = F (L^T R L + w^2 C^T C), with diagonals F of the free vertices and R of the rows asked for."""
+
+    L: Laplacian
+    gram: Gram
+    weight: float
+    free: Floats
+    rows: Floats
+
+    def times(self, p: Floats, z: Floats, q: Floats) -> Floats:
+        """``q`` becomes A p, with ``z`` for scratch; returns (3,) p . q."""
+        n, kernels, w2 = len(p), self.L.kernels, self.weight**2
+        kappa, diagonal, odd = w2 * self.gram.edge, w2 * self.gram.diagonal, self.gram.odd
+        sums = np.empty((blocks.count(n), COLUMNS))
+        blocks.in_threads(lambda i, j: kernels.differ(i, j, p, self.rows, kappa, z), n)
+        blocks.in_threads(lambda i, j: kernels.gather(i, j, p, z, self.free, kappa, diagonal, q, sums), n)
+        curvature = sums.sum(axis=0)
+        if odd.nnz:
+            at = np.flatnonzero(np.diff(odd.indptr))
+            more = self.free[at] * (w2 * (odd[at] @ p))
+            q[at] += more
+            curvature += (p[at] * more).sum(axis=0)
+        return np.asarray(curvature)
+
+    def inverse_diagonal(self) -> Floats:
+        """(n, 1): one over the diagonal of L^T R L + w^2 C^T C; L_ij = - w_ij / d_i."""
+        graph, d = self.L.graph, self.L.degree
+        squared = graph.adjacency(None if graph.weights is None else graph.weights**2)
+        return np.asarray(1 / (self.rows + squared @ (self.rows / d**2) + self.weight**2 * self.gram.diagonal))
+
+
 def solve(
     L: Laplacian,
-    gram: csr_array,
+    gram: Gram,
     weight: float,
     change: Floats,
     progress: Progress | None = None,
@@ -74,11 +125,11 @@ def solve(
     Parameters
     ----------
     L : Laplacian
-    gram : (n, n) csr_array
+    gram : Gram
         C^T C of the face barycentres.
     weight : float
         w > 0, dimensionless.
-    change : (n, k) float64
+    change : (n, 3) float64
         delta' - delta, in mesh units.
     progress : callable, optional
         Called with the fraction done, in [0, 1].
@@ -90,68 +141,68 @@ def solve(
     NotConverged
         After :data:`MOST_ITERATIONS`, with the residual that was reached.
     """
-    w2 = weight * weight
-    free, rows = (constraints.free, constraints.rows) if constraints is not None else (1.0, 1.0)
-
-    def normal_matrix(p: Floats) -> Floats:
-        return np.asarray(free * (L.transposed(rows * (L @ p)) + w2 * (gram @ p)))
-
+    n = len(change)
+    free, rows = (constraints.free, constraints.rows) if constraints is not None else (np.ones((n, 1)),) * 2
+    A = _NormalMatrix(L, gram, weight, free, rows)
+    z, q = np.empty_like(change), np.empty_like(change)
     b = free * L.transposed(rows * change)
-    if constraints is not None:
-        b = b - normal_matrix(constraints.prescribed)
-    scale = np.linalg.norm(b, axis=0)
+    if constraints is not None and constraints.prescribed.any():
+        A.times(constraints.prescribed, z, q)
+        b -= q
+    scale = np.sqrt(_dots(b, b))
     # a column that is nothing but rounding has nothing to solve for
     active = scale > np.finfo(float).eps * scale.max(initial=0.0)
+    b[:, ~active] = 0
+    scale[~active] = 1
     x = np.zeros_like(b)
     if not active.any():
         return Solution(x if constraints is None else constraints.prescribed, 0, 0.0)
-    scale, b = scale[active], b[:, active]
 
-    inverse_diagonal = 1 / (_gram_diagonal(L, rows) + w2 * gram.diagonal()[:, None])
-    target = TOLERANCE * scale
-    residual = b.copy()
-    z = inverse_diagonal * residual
-    p = z.copy()
-    rho = _dots(residual, z)
-    solution = np.zeros_like(residual)
+    m = A.inverse_diagonal()
+    wanted = tolerance(weight)
+    r = b.copy()
+    p = m * r
+    rho, norm = _dots(r, p), scale
     iterations = 0
-    while True:
-        norm = np.sqrt(_dots(residual, residual))
-        if (norm <= target).all():
-            break
+    while (norm > wanted * scale).any():
+        worst = float((norm / scale).max())
         if iterations == MOST_ITERATIONS:
-            worst = float((norm / scale).max())
             raise NotConverged(
                 f"the least-squares solve stands at a relative residual of {worst:.1e} after {iterations} iterations "
-                f"(wanted {TOLERANCE:.0e}); raise barycenter_weight ({weight:g})"
+                f"(wanted {wanted:.0e}); raise barycenter_weight ({weight:g})"
             )
         if progress is not None:
-            progress(float(np.clip(np.log(norm / scale).max() / np.log(TOLERANCE), 0, 1)))
-        q = normal_matrix(p)
-        curvature = _dots(p, q)
+            progress(float(np.clip(np.log(worst) / np.log(wanted), 0, 1)))
+        curvature = A.times(p, z, q)
         # a column that has converged to the last bit has no direction left
         step = np.divide(rho, curvature, out=np.zeros_like(rho), where=curvature > 0)
-        solution += step * p
-        residual -= step * q
-        z = inverse_diagonal * residual
-        following = _dots(residual, z)
-        p *= np.divide(following, rho, out=np.zeros_like(rho), where=rho > 0)
-        p += z
+        squares, following = _descend(L, step, q, m, r)
+        norm = np.sqrt(squares)
+        turn = np.divide(following, rho, out=np.zeros_like(rho), where=rho > 0)
+        _turn(L, step, turn, m, r, x, p)
         rho = following
         iterations += 1
-    reached = np.linalg.norm(normal_matrix(solution) - b, axis=0) / scale
-    x[:, active] = solution
-    return Solution(x if constraints is None else x + constraints.prescribed, iterations, float(reached.max()))
+    A.times(x, z, q)
+    q -= b
+    reached = np.sqrt(_dots(q, q)) / scale
+    if constraints is not None:
+        x += constraints.prescribed
+    return Solution(x, iterations, float(reached.max()))
+
+
+def _descend(L: Laplacian, step: Floats, q: Floats, m: Floats, r: Floats) -> tuple[Floats, Floats]:
+    """``r`` becomes r - q step; returns (3,) r . r and (3,) r . (m r)."""
+    sums = np.empty((blocks.count(len(r)), 2 * COLUMNS))
+    blocks.in_threads(lambda first, last: L.kernels.descend(first, last, step, q, m, r, sums), len(r))
+    both = sums.sum(axis=0)
+    return both[:COLUMNS], both[COLUMNS:]
+
+
+def _turn(L: Laplacian, step: Floats, turn: Floats, m: Floats, r: Floats, x: Floats, p: Floats) -> None:
+    """``x`` becomes x + p step, then ``p`` m r + p turn."""
+    blocks.in_threads(lambda first, last: L.kernels.turn(first, last, step, turn, m, r, x, p), len(r))
 
 
 def _dots(X: Floats, Y: Floats) -> Floats:
     """Dot product of each column."""
     return np.asarray(np.einsum("ij,ij->j", X, Y))
-
-
-def _gram_diagonal(L: Laplacian, rows: Floats | float) -> Floats:
-    """(n, 1) diagonal of L^T R L: sum over the rows i asked for of L_ij^2."""
-    squared = L.S.copy()
-    squared.data = squared.data**2
-    # L_ij = d_i^-1/2 S_ij d_j^1/2
-    return np.asarray(squared.T @ (rows / L.root_degree**2) * L.root_degree**2)

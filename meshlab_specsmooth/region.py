@@ -6,11 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import coo_array, csr_array
+from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 from meshlab_specsmooth.errors import InvalidParameter
-from meshlab_specsmooth.operators import Laplacian, graph_laplacian
+from meshlab_specsmooth.graph.build import weighted
+from meshlab_specsmooth.graph.laplacian import Laplacian, laplacian
+from meshlab_specsmooth.operators import Gram
 from meshlab_specsmooth.surface import Floats, Integers
 
 BOUNDARIES = ("free", "fixed", "curve")
@@ -29,7 +31,7 @@ class Rim:
         Indices of the boundary's vertices.
     L : Laplacian
         Uniform Laplacian of the curve: each vertex less the mean of its neighbours along the boundary.
-    gram : (k, k) csr_array
+    gram : Gram
         C^T C of the segments' midpoints.
     mean_edge : float
         Mean length of its segments, in the units of the positions.
@@ -39,25 +41,25 @@ class Rim:
 
     vertices: Integers
     L: Laplacian
-    gram: csr_array
+    gram: Gram
     mean_edge: float
     length: Floats
 
 
-def rim(positions: Floats, ends: Integers, face_count: npt.NDArray[np.int64]) -> Rim | None:
-    """The boundary: the edges with one face only; None of a closed surface."""
-    segments = ends[face_count == 1]
+def rim(positions: Floats, segments: Integers) -> Rim | None:
+    """The boundary curve of these segments, (b, 2) each once; None of a closed surface, which has none."""
     if len(segments) == 0:
         return None
     vertices, local = np.unique(segments, return_inverse=True)
     local = local.reshape(-1, 2)
     k, m = len(vertices), len(local)
-    C = coo_array((np.full(2 * m, 0.5), (np.repeat(np.arange(m), 2), local.ravel())), shape=(m, k)).tocsr()
-    L = graph_laplacian(k, local.astype(np.int32), np.ones(m))
+    L = laplacian(weighted(k, local.astype(np.int32), np.ones(m)))
+    # each midpoint is half of either end: a quarter at every segment, and for each segment at a vertex
+    gram = Gram(L.degree / 4, 1 / 4, csr_array((k, k)))
     segment_length = np.linalg.norm(positions[segments[:, 0]] - positions[segments[:, 1]], axis=1)
-    _, curve = connected_components(L.S, directed=False)
+    _, curve = connected_components(L.graph.adjacency(), directed=False)
     length = np.bincount(curve[local[:, 0]], weights=segment_length)[curve]
-    return Rim(vertices.astype(np.int32), L, (C.T @ C).tocsr(), float(segment_length.mean()), length[:, None])
+    return Rim(vertices.astype(np.int32), L, gram, float(segment_length.mean()), length[:, None])
 
 
 def weights(name: str, given: npt.ArrayLike, count: int) -> Floats:
@@ -83,11 +85,11 @@ def weights(name: str, given: npt.ArrayLike, count: int) -> Floats:
 
 def blend(L: Laplacian, mask: Floats) -> Floats:
     """A weight that is 0 outside of the mask and rises to 1 over :data:`BLENDING_RINGS` rings inside of it."""
-    reach = (L.S != 0).astype(np.float64)
+    reach = L.graph.adjacency(np.ones(len(L.graph.indices)))
     inside = (mask > 0).astype(np.float64)
     depth = inside.copy()
     for _ in range(BLENDING_RINGS - 1):
-        inside = (reach @ (1 - inside) == 0).astype(np.float64)
+        inside = ((reach @ (1 - inside) == 0) & (inside == 1)).astype(np.float64)
         depth += inside
     # 1, 2, ... rings from the rim; smoothstep has no kink at either end
     t = depth / BLENDING_RINGS

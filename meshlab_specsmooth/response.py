@@ -37,6 +37,8 @@ class Response:
     smooth_gain : callable
         What a polynomial filter approximates instead of ``gain``: the same function, except that a step is softened
         (see :data:`TRANSITION`).
+    transitions : tuple of (float, float)
+        Where the two differ: the ranges of eigenvalues about each step.
 
     Examples
     --------
@@ -50,6 +52,7 @@ class Response:
     label: str
     gain: Gain
     smooth_gain: Gain
+    transitions: tuple[tuple[float, float], ...] = ()
 
     def __call__(self, eigenvalues: npt.ArrayLike) -> Floats:
         """The gains at ``eigenvalues``."""
@@ -61,11 +64,14 @@ class Response:
             f"{self.label} x {other.label}",
             lambda x: self.gain(x) * other.gain(x),
             lambda x: self.smooth_gain(x) * other.smooth_gain(x),
+            self.transitions + other.transitions,
         )
 
     def __invert__(self) -> Response:
         """The complement 1 - h: what this response removes."""
-        return Response(f"1 - {self.label}", lambda x: 1 - self.gain(x), lambda x: 1 - self.smooth_gain(x))
+        return Response(
+            f"1 - {self.label}", lambda x: 1 - self.gain(x), lambda x: 1 - self.smooth_gain(x), self.transitions
+        )
 
 
 def ideal(cutoff: float) -> Response:
@@ -83,7 +89,10 @@ def ideal(cutoff: float) -> Response:
     def step(x: Floats) -> Floats:
         return (x <= cutoff).astype(np.float64)
 
-    return Response(f"ideal({cutoff:.4g})", step, softened if cutoff < 2 else np.ones_like)
+    label = f"ideal({cutoff:.4g})"
+    if cutoff >= 2:
+        return Response(label, step, np.ones_like)
+    return Response(label, step, softened, ((cutoff * (1 - TRANSITION), cutoff * (1 + TRANSITION)),))
 
 
 # erfc(1.8214) / 2 = 0.005 = TRANSITION_ERROR

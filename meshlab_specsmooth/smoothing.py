@@ -8,27 +8,29 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import csr_array
 
 from meshlab_specsmooth.descriptors import ENHANCEMENT_DEFAULTS, SMOOTHING_DEFAULTS
 from meshlab_specsmooth.errors import InvalidParameter, check_name
-from meshlab_specsmooth.operators import LAPLACIANS, Laplacian, barycenters
-from meshlab_specsmooth.operators import laplacian as build_laplacian
-from meshlab_specsmooth.reconstruction import Constraints, Solution, solve
+from meshlab_specsmooth.graph import order
+from meshlab_specsmooth.graph.build import of_mesh
+from meshlab_specsmooth.graph.laplacian import Laplacian
+from meshlab_specsmooth.operators import LAPLACIANS, Gram, gram_of_barycenters, laplacian_of_kind
+from meshlab_specsmooth.reconstruction import Constraints, Solution, passed_on, solve
 from meshlab_specsmooth.region import BOUNDARIES, Rim, blend, rim, weights
 from meshlab_specsmooth.spectral import SpectralFilter
 from meshlab_specsmooth.spectral.cutoff import wavelength_in_edges
-from meshlab_specsmooth.spectral.design import Design, design, design_band
+from meshlab_specsmooth.spectral.design import Design, PassedOn, design, design_band
 from meshlab_specsmooth.spectral.progress import Progress, part
-from meshlab_specsmooth.surface import Floats, Integers, Surface, edges, mean_length
+from meshlab_specsmooth.surface import Floats, Integers, Surface
 
 # The default cut-off: waves of 20 edges are shape on any mesh that resolves its shape at all, waves of a few edges are
 # where noise is.
 DEFAULT_WAVELENGTH_IN_EDGES = 20.0
 
-# Error of the polynomial relative to what it is applied to, at weight 1. Differential coordinates are of the size of
-# the displacement; positions are up to a thousand times larger, so their low-pass needs three digits more.
-DIFFERENTIAL_TOLERANCE = 5e-4
+# How far the polynomial may put the displacement of any mode off, relative to the mode's differential coordinates,
+# which are of the displacement's size; and that of a plain low-pass, relative to positions, which are up to a thousand
+# times larger, so that three digits more are needed.
+DISPLACEMENT_TOLERANCE = 1e-3
 POSITION_TOLERANCE = 1e-7
 
 _RESPONSE = SMOOTHING_DEFAULTS.text("response")
@@ -76,14 +78,17 @@ class SmoothingResult:
     degree : int
         Sweeps over the mesh a pass: the degree of the Chebyshev series; 0 for the exact method.
     response_error : float
-        Bound on the difference between the response and what was applied, at any eigenvalue (for an ideal response:
-        any that is not within 25 % of the cut-off).
+        Bound on what the polynomial puts any mode's displacement off by, relative to its differential coordinates (on a
+        regular mesh), or its coordinates for a plain low-pass; 0 for the exact method. An ideal response is softened
+        within 25 % of the cut-off, and modes there are not counted.
     iterations : tuple of int
         Of the conjugate gradients, each pass.
     residual : float
         Largest relative residual of the least squares' normal equations.
     displacement : float
         Root mean square distance between input and result, in mesh units.
+    kernels : str
+        What swept over the mesh: ``"numba"`` where the extra ``fast`` is installed, else ``"scipy"``.
     seconds : float
         Wall time of the call; of a method of :class:`Prepared`, without preparation.
     """
@@ -104,6 +109,7 @@ class SmoothingResult:
     iterations: tuple[int, ...]
     residual: float
     displacement: float
+    kernels: str
     seconds: float
 
 
@@ -116,14 +122,15 @@ class Prepared:
     surface : Surface
         As given.
     moving : (k,) int32
-        The vertices that have an edge; the others stay. All operators act on these.
+        The vertices that have an edge, in an order that keeps neighbours near each other; the others stay. All
+        operators act on these.
     positions : (k, 3) float64
         Their positions, centred, times 2^-exponent, so that they lie in [-1, 1].
     exponent : int
     mean_edge : float
         Of ``positions``.
     L : Laplacian
-    gram : (k, k) csr_array
+    gram : Gram
         C^T C of the face barycentres.
     rim : Rim or None
         The boundary curve; None of a closed surface.
@@ -137,7 +144,7 @@ class Prepared:
     exponent: int
     mean_edge: float
     L: Laplacian
-    gram: csr_array
+    gram: Gram
     rim: Rim | None
     kind: str
 
@@ -162,18 +169,24 @@ class Prepared:
             raise InvalidParameter(f"feature_gain is {feature_gain}; it must be finite and not negative")
         kept = 0.0 if features is None else feature_gain * self._weights("features", features)
         region = self._region(boundary, mask, 1.0 - kept)
-        tolerance = _differential_tolerance(barycenter_weight)
-        low_pass = self._design(modes, wavelength, response, method, tolerance)
+        _check_weight(barycenter_weight)
+        low_pass = self._design(modes, wavelength, response, method, DISPLACEMENT_TOLERANCE, barycenter_weight)
         longest = wavelength_in_edges(low_pass.cutoff.eigenvalue)
         along = self._along_rim(
             boundary,
-            lambda S, scale: design(
-                S, scale * longest, by="wavelength", name=response, method=method, tolerance=tolerance
+            lambda L, scale: design(
+                L,
+                scale * longest,
+                by="wavelength",
+                name=response,
+                method=method,
+                tolerance=DISPLACEMENT_TOLERANCE,
+                passed_on=_passed_on_by_a_curve(barycenter_weight),
             ),
         )
 
         def removed(L: Laplacian, filter_: SpectralFilter, delta: Floats, report: Progress | None) -> Floats:
-            return L.function(filter_, delta, report) - delta
+            return filter_.apply(L, delta, report) - delta
 
         return self._run(removed, low_pass, along, region, barycenter_weight, passes, start, progress)
 
@@ -201,21 +214,27 @@ class Prepared:
             raise InvalidParameter(f"shortest is {shortest} and longest {longest}; the first must be the smaller one")
         region = self._region(boundary, mask, 1.0 if features is None else self._weights("features", features))
 
-        def band_pass(S: csr_array, scale: float) -> Design:
+        _check_weight(barycenter_weight)
+
+        def band_pass(L: Laplacian, scale: float, seen: PassedOn) -> Design:
             return design_band(
-                S,
+                L,
                 scale * longest_,
                 scale * shortest_,
                 name=response,
                 method=method,
-                tolerance=_differential_tolerance(barycenter_weight),
+                tolerance=DISPLACEMENT_TOLERANCE,
+                passed_on=seen,
             )
 
         def added(L: Laplacian, filter_: SpectralFilter, delta: Floats, report: Progress | None) -> Floats:
-            return (gain - 1) * L.function(filter_, delta, report)
+            return (gain - 1) * filter_.apply(L, delta, report)
 
-        along = self._along_rim(boundary, band_pass)
-        return self._run(added, band_pass(self.L.S, 1.0), along, region, barycenter_weight, 1, start, progress)
+        across = band_pass(self.L, 1.0, _passed_on(barycenter_weight))
+        along = self._along_rim(
+            boundary, lambda L, scale: band_pass(L, scale, _passed_on_by_a_curve(barycenter_weight))
+        )
+        return self._run(added, across, along, region, barycenter_weight, 1, start, progress)
 
     def low_pass(
         self,
@@ -229,8 +248,8 @@ class Prepared:
     ) -> SmoothingResult:
         """As :func:`low_pass`, without preparing anew."""
         start = time.perf_counter()
-        low_pass = self._design(modes, wavelength, response, method, POSITION_TOLERANCE)
-        displacement = self.L.function(low_pass.filter, self.positions, progress) - self.positions
+        low_pass = self._design(modes, wavelength, response, method, POSITION_TOLERANCE, None)
+        displacement = low_pass.filter.apply(self.L, self.positions, progress) - self.positions
         if mask is not None:
             displacement *= blend(self.L, self._weights("mask", mask))
         return self._result(displacement, low_pass, 0.0, [], start)
@@ -270,7 +289,13 @@ class Prepared:
         return self._result(V - self.positions, across, float(weight), solutions, start)
 
     def _design(
-        self, modes: int | None, wavelength: float | None, response: str, method: str, tolerance: float
+        self,
+        modes: int | None,
+        wavelength: float | None,
+        response: str,
+        method: str,
+        tolerance: float,
+        weight: float | None,
     ) -> Design:
         size: float
         if modes is not None:
@@ -281,7 +306,8 @@ class Prepared:
                 raise InvalidParameter(f"modes is {modes}; this mesh has {len(self.moving)}")
         else:
             by, size = "wavelength", self._in_edges("wavelength", wavelength, DEFAULT_WAVELENGTH_IN_EDGES)
-        return design(self.L.S, size, by=by, name=response, method=method, tolerance=tolerance)
+        seen = None if weight is None else _passed_on(weight)
+        return design(self.L, size, by=by, name=response, method=method, tolerance=tolerance, passed_on=seen)
 
     def _in_edges(self, name: str, length: float | None, default: float) -> float:
         """A wavelength in mean edge lengths."""
@@ -308,15 +334,15 @@ class Prepared:
             free[self.rim.vertices] = 0
         return _Region(field * inside, inside, free, rows, holds_rim or mask is not None)
 
-    def _along_rim(self, boundary: str, make: Callable[[csr_array, float], Design]) -> Design | None:
+    def _along_rim(self, boundary: str, make: Callable[[Laplacian, float], Design]) -> Design | None:
         """The same filter for the boundary curve, if that is smoothed by itself.
 
-        ``make`` takes the curve's S and what to multiply wavelengths in mean edges of the surface with: the curve has
+        ``make`` takes the curve's L and what to multiply wavelengths in mean edges of the surface with: the curve has
         edges of its own, and the eigenvalue of a wave on a curve is twice that on a surface.
         """
         if boundary != "curve" or self.rim is None or self.rim.mean_edge == 0:
             return None
-        return make(self.rim.L.S, self.mean_edge / self.rim.mean_edge / np.sqrt(2))
+        return make(self.rim.L, self.mean_edge / self.rim.mean_edge / np.sqrt(2))
 
     def _is_long(self, curve: Rim, across: Design) -> Floats:
         """1 at the rim's vertices on curves that the cut-off leaves round.
@@ -353,6 +379,7 @@ class Prepared:
             iterations=tuple(solution.iterations for solution in solutions),
             residual=max((solution.residual for solution in solutions), default=0.0),
             displacement=float(np.ldexp(rms, self.exponent)),
+            kernels=self.L.kernels.name,
             seconds=time.perf_counter() - start,
         )
 
@@ -389,30 +416,32 @@ def prepare(vertices: npt.ArrayLike, faces: npt.ArrayLike, *, laplacian: str = _
     ['exact', 'exact']
     """
     surface = Surface(vertices, faces)  # type: ignore[arg-type]  # the gate takes anything and says what is wrong
-    ends, face_count = edges(surface)
-    has_edge = np.zeros(len(surface.vertices), dtype=np.bool_)
-    has_edge[ends] = True
-    moving = np.flatnonzero(has_edge).astype(np.int32)
-    number = (np.cumsum(has_edge) - 1).astype(np.int32)  # of each moving vertex among them
-    positions, exponent = _normalised(surface.vertices[moving])
     check_name("laplacian", laplacian, LAPLACIANS)
-    if len(moving) == 0:
-        nothing = csr_array((0, 0))
-        L = Laplacian(nothing, np.empty((0, 1)))
-        return Prepared(surface, moving, positions, exponent, 0.0, L, nothing, None, laplacian)
+    V, F = surface.vertices, surface.faces
     # a face whose three corners are one vertex has no edge, and its barycentre no say
-    has_side = (surface.faces != surface.faces[:, [1, 2, 0]]).any(axis=1)
-    graph = Surface(positions, number[surface.faces[has_side]])
-    C = barycenters(graph)
+    has_side = (F[:, [1, 2, 0]] != F).any(axis=1)
+    if not has_side.all():
+        F = F[has_side]
+    has_edge = np.zeros(len(V), dtype=np.bool_)
+    has_edge[F] = True
+    moving = np.flatnonzero(has_edge)
+    if order.is_scattered(F, len(V)):
+        moving = moving[order.along_a_curve(V[moving])]
+    number = np.empty(len(V), dtype=np.int32)  # of each moving vertex among them
+    number[moving] = np.arange(len(moving), dtype=np.int32)
+    F = number[F]
+    mesh = of_mesh(F, len(moving))
+    positions, exponent = _normalised(V[moving])
+    L = laplacian_of_kind(laplacian, mesh, positions, F)
     return Prepared(
         surface,
-        moving,
+        moving.astype(np.int32),
         positions,
         exponent,
-        mean_length(positions, number[ends]),
-        build_laplacian(graph, number[ends], laplacian),
-        (C.T @ C).tocsr(),
-        rim(positions, number[ends], face_count),
+        L.mean_edge_length(positions),
+        L,
+        gram_of_barycenters(mesh),
+        rim(positions, mesh.boundary()),
         laplacian,
     )
 
@@ -611,13 +640,21 @@ def enhance(
     return replace(result, seconds=time.perf_counter() - start)
 
 
-def _differential_tolerance(weight: float) -> float:
-    """Error allowed to the polynomial: low frequencies, which a small weight sets free, magnify it."""
+def _check_weight(weight: float) -> None:
     if not 0 < weight < np.inf:
         raise InvalidParameter(
             f"barycenter_weight is {weight}; it must be positive and finite (for the limit 0, low_pass)"
         )
-    return float(DIFFERENTIAL_TOLERANCE * min(1.0, np.sqrt(weight)))
+
+
+def _passed_on(weight: float) -> PassedOn:
+    """The share of an error in delta' that the reconstruction of a surface passes on."""
+    return lambda eigenvalues: passed_on(eigenvalues, weight)
+
+
+def _passed_on_by_a_curve(weight: float) -> PassedOn:
+    """The same along a curve, whose midpoints hold long waves half as firmly as barycentres do."""
+    return _passed_on(weight / np.sqrt(2))
 
 
 def _whole(name: str, value: int) -> int:

@@ -90,10 +90,11 @@ def spectrum(
     prepared = prepare(vertices, faces, laplacian=laplacian)
     if len(prepared.moving) == 0:
         raise InvalidParameter("a mesh without edges has no spectrum")
-    S, n = prepared.L.S, len(prepared.moving)
+    S, n = prepared.L.graph.symmetric_laplacian(), len(prepared.moving)
+    root = np.sqrt(prepared.L.degree)
     # in the inner product in which L is symmetric, scaled so that energies are those of plain coordinates
-    X = (prepared.positions - prepared.positions.mean(axis=0)) * prepared.L.root_degree
-    X /= np.sqrt((prepared.L.root_degree**2).mean())
+    X = (prepared.positions - prepared.positions.mean(axis=0)) * root
+    X /= np.sqrt(prepared.L.degree.mean())
     Y = S @ X
     if n <= eigenbasis.DENSE_VERTICES:
         basis = eigenbasis.complete(S)

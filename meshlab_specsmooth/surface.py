@@ -128,14 +128,8 @@ def edges(surface: Surface) -> tuple[Integers, npt.NDArray[np.int64]]:
 
 def mean_edge_length(surface: Surface) -> float:
     """Mean length of the edges, in mesh units (0 where no face has two different vertices)."""
-    return mean_length(surface.vertices, edges(surface)[0])
-
-
-def mean_length(vertices: Floats, ends: Integers) -> float:
-    """Mean distance between the ends of edges whose indices are known already; 0 of none."""
-    if len(ends) == 0:
-        return 0.0
-    return float(np.linalg.norm(vertices[ends[:, 0]] - vertices[ends[:, 1]], axis=1).mean())
+    V, (ends, _) = surface.vertices, edges(surface)
+    return float(np.linalg.norm(V[ends[:, 0]] - V[ends[:, 1]], axis=1).mean()) if len(ends) else 0.0
 
 
 def boundary_vertices(surface: Surface) -> Booleans:

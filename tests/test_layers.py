@@ -15,6 +15,7 @@ ROOMS = [
     {"version", "errors"},
     {"xmltree", "descriptors"},
     {"surface"},
+    {"graph"},
     {"response"},
     {"spectral"},
     {"operators"},
@@ -28,7 +29,7 @@ ROOMS = [
     {"cli"},
     {"__init__", "__main__"},
 ]
-HOME = {"pymeshlab": "bridge", "pyvista": "report", "tqdm": "cli"}
+HOME = {"pymeshlab": "bridge", "pyvista": "report", "tqdm": "cli", "numba": "graph"}
 
 
 def room_of(path):

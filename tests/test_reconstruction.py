@@ -3,9 +3,9 @@ import pytest
 
 import meshlab_specsmooth as mss
 from meshlab_specsmooth import reconstruction
-from meshlab_specsmooth.operators import barycenters, laplacian
+from meshlab_specsmooth.graph.build import of_mesh
+from meshlab_specsmooth.operators import barycenters, gram_of_barycenters, laplacian_of_kind
 from meshlab_specsmooth.reconstruction import Constraints
-from meshlab_specsmooth.surface import edges
 from tests.meshes import TETRAHEDRON, rough, sheet, together, torus
 
 MESHES = {
@@ -19,10 +19,10 @@ EVERY_MESH = pytest.mark.parametrize("mesh", MESHES.values(), ids=MESHES)
 EVERY_WEIGHT = pytest.mark.parametrize("weight", [0.03, 0.3, 1.0, 30.0])
 
 
-def system(mesh):
-    surface = mss.Surface(*mesh)
-    C = barycenters(surface)
-    return laplacian(surface, edges(surface)[0]), (C.T @ C).tocsr(), C.toarray()
+def system(mesh, kind="uniform"):
+    V, F = mesh[0], mesh[1].astype(np.int32)
+    graph = of_mesh(F, len(V))
+    return laplacian_of_kind(kind, graph, V, F), gram_of_barycenters(graph), barycenters(F, len(V)).toarray()
 
 
 def random(n, seed=3):
@@ -52,28 +52,29 @@ def nothing_held(n):
 
 @EVERY_MESH
 @EVERY_WEIGHT
+@pytest.mark.parametrize("kind", ["uniform", "cotangent"])
 @pytest.mark.parametrize("held", [None, nothing_held, some_held], ids=["unconstrained", "nothing held", "some held"])
-def test_the_displacement_is_the_least_squares_solution_and_the_residual_is_its_own(mesh, weight, held):
-    L, gram, C = system(mesh)
-    n = len(L.root_degree)
+def test_the_displacement_is_the_least_squares_solution_and_the_residual_is_its_own(mesh, weight, kind, held):
+    L, gram, C = system(mesh, kind)
+    n = L.size
     change = random(n)
     constraints = held and held(n)
     solution = reconstruction.solve(L, gram, weight, change, constraints=constraints)
     reference = constraints or nothing_held(n)
     expected, A, b = least_squares(L, C, weight, change, reference)
     # what a residual of TOLERANCE leaves of an error, with the normal equations' condition
-    close = 2 * reconstruction.TOLERANCE * np.linalg.cond(A) * np.linalg.norm(expected, axis=0).max()
+    close = 2 * reconstruction.tolerance(weight) * np.linalg.cond(A) * np.linalg.norm(expected, axis=0).max()
     assert solution.displacement == pytest.approx(expected, abs=close)
     free = reference.free[:, 0] == 1
     left = np.linalg.norm(A @ solution.displacement[free] - b, axis=0) / np.linalg.norm(b, axis=0)
-    assert left.max() < 2 * reconstruction.TOLERANCE
+    assert left.max() < 2 * reconstruction.tolerance(weight)
     assert solution.residual == pytest.approx(left.max(), rel=1e-3)
     assert solution.iterations > 0
 
 
 def test_prescribed_displacements_are_kept_to_the_bit():
     L, gram, _ = system(MESHES["open"])
-    n = len(L.root_degree)
+    n = L.size
     some = some_held(n)
     held = some.free[:, 0] == 0
     assert np.array_equal(
@@ -87,7 +88,7 @@ def test_prescribed_displacements_are_kept_to_the_bit():
 
 def test_columns_that_need_nothing_are_left_alone():
     L, gram, _ = system(MESHES["open"])
-    change = np.zeros((len(L.root_degree), 3))
+    change = np.zeros((L.size, 3))
     nothing = reconstruction.solve(L, gram, 1.0, change)
     assert not nothing.displacement.any()
     assert (nothing.iterations, nothing.residual) == (0, 0.0)
@@ -107,7 +108,7 @@ def test_progress_is_told_each_iteration_and_rises_to_the_end():
     quarters = [float(np.mean(part)) for part in np.array_split(seen, 4)]
     assert quarters == sorted(set(quarters))
     assert seen[0] == 0
-    assert seen[-1] > 0.8
+    assert seen[-1] > 0.6
     assert min(seen) == 0
 
 
@@ -115,4 +116,4 @@ def test_an_iteration_that_does_not_end_says_where_it_stands(monkeypatch):
     monkeypatch.setattr(reconstruction, "MOST_ITERATIONS", 3)
     L, gram, _ = system(MESHES["closed"])
     with pytest.raises(mss.NotConverged, match=r"residual of \d\.\de.* after 3 iterations .* raise barycenter_weight"):
-        reconstruction.solve(L, gram, 0.01, np.random.default_rng(0).standard_normal((len(L.root_degree), 3)))
+        reconstruction.solve(L, gram, 0.01, np.random.default_rng(0).standard_normal((L.size, 3)))

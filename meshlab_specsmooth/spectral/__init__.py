@@ -1,11 +1,10 @@
-"""Functions of the Laplacian, h(S) X: by polynomials, or by eigenvectors."""
+"""Functions of the Laplacian, h(L) X: by polynomials, or by eigenvectors."""
 
 from __future__ import annotations
 
 from typing import Protocol
 
-from scipy.sparse import csr_array
-
+from meshlab_specsmooth.graph.laplacian import Laplacian
 from meshlab_specsmooth.spectral.progress import Progress
 from meshlab_specsmooth.surface import Floats
 
@@ -15,11 +14,11 @@ class SpectralFilter(Protocol):
 
     @property
     def degree(self) -> int:
-        """Products with S that one application takes."""
+        """Sweeps over the mesh that one application takes."""
 
     @property
     def error(self) -> float:
-        """Bound on what the transfer function differs from the response by, at any eigenvalue."""
+        """Bound on what the transfer function differs from the response by, weighed as it was asked for."""
 
-    def apply(self, S: csr_array, X: Floats, progress: Progress | None = None) -> Floats:
-        """h(S) X for X of shape (n, k)."""
+    def apply(self, L: Laplacian, X: Floats, progress: Progress | None = None) -> Floats:
+        """h(L) X for X of shape (n, k)."""

@@ -1,24 +1,29 @@
-"""h(S) X without eigenvectors: a Chebyshev series of h, summed by the three-term recurrence.
+"""h(L) X without eigenvectors: a Chebyshev series of h, summed by the three-term recurrence.
 
-Every product with S is one sweep over the mesh, so the cost is the degree of the series, whatever the number of modes
-(Hammond, Vandergheynst, Gribonval, *Wavelets on graphs via spectral graph theory*, 2011).
+Every term is one sweep over the mesh, so the cost is the degree of the series, whatever the number of modes (Hammond,
+Vandergheynst, Gribonval, *Wavelets on graphs via spectral graph theory*, 2011).
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.fft import dct
-from scipy.sparse import csr_array, eye_array
 
 from meshlab_specsmooth.errors import InvalidParameter
+from meshlab_specsmooth.graph.laplacian import Laplacian, in_threes
 from meshlab_specsmooth.response import Response
 from meshlab_specsmooth.spectral.progress import Progress
 from meshlab_specsmooth.surface import Floats
 
 # The degree grows as 1 / sqrt(cut-off); beyond this one the wave is longer than any mesh that fits in memory is wide.
 HIGHEST_DEGREE = 2**15
+
+# A polynomial of degree d is looked at in so many times d points; between them it can rise by half a per cent.
+_OVERSAMPLING = 16
+_BETWEEN = 1.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +34,7 @@ class ChebyshevSeries:
     ----------
     coefficients : (degree + 1,) float64
     error : float
-        Bound on abs(p - h) over the spectrum, h being the response with its step softened, if it has one.
+        Bound on abs(p - h) over the spectrum, weighed as it was asked for, outside of a step's transition.
     """
 
     coefficients: Floats
@@ -44,38 +49,47 @@ class ChebyshevSeries:
         """P at ``eigenvalues``."""
         return np.asarray(np.polynomial.chebyshev.chebval(np.asarray(eigenvalues) - 1, self.coefficients))
 
-    def apply(self, S: csr_array, X: Floats, progress: Progress | None = None) -> Floats:
-        """p(S) X.
+    def apply(self, L: Laplacian, X: Floats, progress: Progress | None = None) -> Floats:
+        """p(L) X.
 
         Parameters
         ----------
-        S : (n, n) csr_array
-            Symmetric, spectrum inside [0, 2].
+        L : Laplacian
         X : (n, k) float64
         progress : callable, optional
             Called with the fraction done, in [0, 1].
         """
+        return in_threes(lambda three: self._apply(L, three, progress), X)
+
+    def _apply(self, L: Laplacian, X: Floats, progress: Progress | None) -> Floats:
+        """Clenshaw's recurrence, from the highest term down: it keeps two blocks besides X, and sums nothing apart."""
         c = self.coefficients
-        twice = doubled_and_shifted(S)
-        before, now = X, 0.5 * (twice @ X)  # T_0 X and T_1 X
-        total = c[0] * X
-        if self.degree >= 1:
-            total += c[1] * now
-        for k in range(2, self.degree + 1):
-            following = twice @ now  # T_k = 2 (S - I) T_k-1 - T_k-2
-            following -= before
-            before, now = now, following
-            total += c[k] * now
+        now: Floats = c[-1] * X
+        before = np.zeros_like(X)
+        for k in range(self.degree - 1, 0, -1):
+            L.step(X, now, before, share=c[k])
+            now, before = before, now
             if progress is not None:
-                progress(k / self.degree)
-        return np.asarray(total)
+                progress(1 - k / self.degree)
+        if self.degree > 0:
+            L.step(X, now, before, factor=1.0, share=c[0])
+            now = before
+        return now
 
 
-def approximate(response: Response, tolerance: float) -> ChebyshevSeries:
-    """The shortest truncation of the Chebyshev series of ``response`` whose error is below ``tolerance``.
+def approximate(
+    response: Response, tolerance: float, passed_on: Callable[[Floats], Floats] | None = None
+) -> ChebyshevSeries:
+    """The shortest truncation of a Chebyshev series for ``response`` whose error is below ``tolerance``.
 
-    Interpolates at 32, 64, ... Chebyshev points until the second half of the coefficients is below the tolerance, drops
-    all that may be dropped (abs(T_k) <= 1, so the dropped coefficients bound the error), and checks between the points.
+    Parameters
+    ----------
+    response : Response
+        A step is approximated by its softened self, and its transition is not looked at.
+    tolerance : float
+    passed_on : callable, optional
+        From eigenvalues to the share of an error there that matters, at least linear in the eigenvalue near 0. Then
+        lambda h(lambda) is expanded, and the series divided by lambda: this puts the errors where they are small.
 
     Raises
     ------
@@ -84,18 +98,14 @@ def approximate(response: Response, tolerance: float) -> ChebyshevSeries:
     """
     count = 32
     while count <= 2 * HIGHEST_DEGREE:
-        angle = np.pi * (np.arange(count) + 0.5) / count
-        c = dct(response.smooth_gain(1 + np.cos(angle)), type=2) / count
+        x = 1 + np.cos(np.pi * (np.arange(count) + 0.5) / count)
+        h = response.smooth_gain(x)
+        c = dct(h if passed_on is None else x * h, type=2) / count
         c[0] /= 2
-        # tail[k] = sum of abs(c) from k on: the price of keeping the first k coefficients
-        tail = np.cumsum(np.abs(c)[::-1])[::-1]
-        if tail[count // 2] <= tolerance / 2:
-            kept = max(1, int(np.argmax(tail <= tolerance / 2)))
-            # what the points alias onto the kept coefficients is at most as much again as what was dropped
-            series = ChebyshevSeries(c[:kept], float(2 * tail[kept]))
-            # between the points, and at 0 where a low-pass is 1, a steep response may have been overlooked
-            between = 1 + np.cos(np.linspace(0, np.pi, 3 * count + 1))
-            if np.abs(series(between) - response.smooth_gain(between)).max() <= tolerance:
+        # Interpolated well when the upper half of the coefficients is next to nothing
+        if np.abs(c[count // 2 :]).sum() <= tolerance * np.abs(c).sum():
+            series = _shortest(c[: count // 2], response, tolerance, passed_on)
+            if series is not None:
                 return series
         count *= 2
     raise InvalidParameter(
@@ -104,6 +114,53 @@ def approximate(response: Response, tolerance: float) -> ChebyshevSeries:
     )
 
 
-def doubled_and_shifted(S: csr_array) -> csr_array:
-    """2 (S - I), the matrix of the recurrence, with its spectrum in [-2, 2]; for S = I - N it has no diagonal."""
-    return (2 * (S - eye_array(S.shape[0], format="csr"))).tocsr()
+def _shortest(
+    c: Floats, response: Response, tolerance: float, passed_on: Callable[[Floats], Floats] | None
+) -> ChebyshevSeries | None:
+    """The shortest head of the series that is close enough, if any is."""
+
+    def series(count: int) -> ChebyshevSeries:
+        kept = c[:count] if passed_on is None else _divided(c[: count + 1])
+        points = max(64, _OVERSAMPLING * count)
+        x = 1 + np.cos(np.pi * np.arange(points + 1) / points)
+        p = _values(kept, points)
+        for low, high in response.transitions:
+            outside = (x < low) | (x > high)
+            ends = np.array([low, min(high, 2.0)])  # where it is steep, no point may be near
+            x, p = np.append(x[outside], ends), np.append(p[outside], np.polynomial.chebyshev.chebval(ends - 1, kept))
+        off = np.abs(p - response.smooth_gain(x))
+        if passed_on is not None:
+            off *= passed_on(x)
+        return ChebyshevSeries(kept, _BETWEEN * float(off.max()))
+
+    low, high = 0, len(c) - 1  # terms: too few, enough
+    best = series(high)
+    if best.error > tolerance:
+        return None
+    while high - low > 1:
+        middle = (low + high) // 2
+        shorter = series(middle)
+        if shorter.error <= tolerance:
+            high, best = middle, shorter
+        else:
+            low = middle
+    return best
+
+
+def _divided(c: Floats) -> Floats:
+    """The series of (q(lambda) - q(0)) / lambda, one term shorter than that of q."""
+    degree = len(c) - 1
+    p = np.zeros(degree + 2)
+    # lambda T_k = T_k + (T_k+1 + T_k-1) / 2, solved from the highest term down
+    for k in range(degree, 1, -1):
+        p[k - 1] = 2 * (c[k] - p[k]) - p[k + 1]
+    p[0] = c[1] - p[1] - p[2] / 2
+    return p[:degree]
+
+
+def _values(c: Floats, points: int) -> Floats:
+    """The series at 1 + cos(pi j / points), j = 0 ... points, both ends of the spectrum included."""
+    padded = np.zeros(points + 1)
+    padded[: len(c)] = c / 2
+    padded[0] = c[0]
+    return np.asarray(dct(padded, type=1))

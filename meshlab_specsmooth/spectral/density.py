@@ -8,10 +8,9 @@ area, boundary), fitted where the moments are well determined.
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import csr_array
+from scipy.sparse import csr_array, eye_array
 from scipy.sparse.csgraph import connected_components
 
-from meshlab_specsmooth.spectral.chebyshev import doubled_and_shifted
 from meshlab_specsmooth.spectral.cutoff import WEYL, Cutoff
 from meshlab_specsmooth.surface import Floats
 
@@ -122,3 +121,7 @@ def _integrated_density(moments: Floats, eigenvalues: Floats) -> Floats:
     t = np.arccos(np.clip(eigenvalues - 1, -1, 1))
     coefficients = 2 * jackson[1:] * moments[1:] / k[1:]
     return np.asarray((np.pi - t - np.sin(np.outer(t, k[1:])) @ coefficients) / np.pi)
+
+
+def doubled_and_shifted(S: csr_array) -> csr_array:
+    return (2 * (S - eye_array(S.shape[0], format="csr"))).tocsr()

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
-from scipy.sparse import csr_array
-
 from meshlab_specsmooth.errors import check_name
+from meshlab_specsmooth.graph.laplacian import Laplacian
 from meshlab_specsmooth.response import Response, band, response
 from meshlab_specsmooth.spectral import SpectralFilter, density, eigenbasis
 from meshlab_specsmooth.spectral.chebyshev import approximate
 from meshlab_specsmooth.spectral.cutoff import Cutoff, from_wavelength
+from meshlab_specsmooth.surface import Floats
 
 METHODS = ("auto", "exact", "chebyshev")
+
+#: From eigenvalues to the share of a polynomial's error there that matters.
+PassedOn = Callable[[Floats], Floats]
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,13 +38,21 @@ class Design:
     method: str
 
 
-def design(S: csr_array, size: int | float, *, by: str, name: str, method: str, tolerance: float) -> Design:
-    """A low-pass for S.
+def design(
+    L: Laplacian,
+    size: int | float,
+    *,
+    by: str,
+    name: str,
+    method: str,
+    tolerance: float,
+    passed_on: PassedOn | None = None,
+) -> Design:
+    """A low-pass for L.
 
     Parameters
     ----------
-    S : (n, n) csr_array
-        Symmetric, spectrum inside [0, 2].
+    L : Laplacian
     size : float
         The number of modes kept, or the shortest wave kept in mean edge lengths.
     by : {"modes", "wavelength"}
@@ -49,8 +61,8 @@ def design(S: csr_array, size: int | float, *, by: str, name: str, method: str, 
         Of the response, see :data:`meshlab_specsmooth.response.RESPONSES`.
     method : {"auto", "exact", "chebyshev"}
         ``auto`` is exact up to :data:`eigenbasis.DENSE_VERTICES` vertices.
-    tolerance : float
-        Error allowed to a polynomial, relative to what it is applied to.
+    tolerance, passed_on
+        Error allowed to a polynomial, see :func:`meshlab_specsmooth.spectral.chebyshev.approximate`.
 
     Raises
     ------
@@ -59,16 +71,17 @@ def design(S: csr_array, size: int | float, *, by: str, name: str, method: str, 
     TooLarge
         An eigenbasis that would not fit in memory.
     """
-    n = S.shape[0]
+    n = L.size
     if not _is_exact(method, n):
         if by == "wavelength":
             cutoff = from_wavelength(size, n)
         elif n <= eigenbasis.DENSE_VERTICES:
-            cutoff = eigenbasis.complete(S).cutoff(int(size))
+            cutoff = eigenbasis.complete(L.graph.symmetric_laplacian()).cutoff(int(size))
         else:
-            cutoff = density.cutoff_of_modes(S, int(size))
+            cutoff = density.cutoff_of_modes(L.graph.symmetric_laplacian(), int(size))
         h = response(name, cutoff.eigenvalue)
-        return Design(approximate(h, tolerance), h, cutoff, "chebyshev")
+        return Design(approximate(h, tolerance, passed_on), h, cutoff, "chebyshev")
+    S = L.graph.symmetric_laplacian()
     # a step needs the modes that it keeps and one more to tell where it lies; the others have a tail, so they get all
     if name != "ideal":
         basis = eigenbasis.complete(S)
@@ -81,7 +94,16 @@ def design(S: csr_array, size: int | float, *, by: str, name: str, method: str, 
     return Design(eigenbasis.Projection(basis, h), h, cutoff, "exact")
 
 
-def design_band(S: csr_array, longest: float, shortest: float, *, name: str, method: str, tolerance: float) -> Design:
+def design_band(
+    L: Laplacian,
+    longest: float,
+    shortest: float,
+    *,
+    name: str,
+    method: str,
+    tolerance: float,
+    passed_on: PassedOn | None = None,
+) -> Design:
     """The pass of all waves between two lengths, in mean edges.
 
     Parameters, errors
@@ -92,12 +114,12 @@ def design_band(S: csr_array, longest: float, shortest: float, *, name: str, met
     Design
         Its cut-off is that of the shortest wave.
     """
-    n = S.shape[0]
+    n = L.size
     low, high = from_wavelength(longest, n), from_wavelength(shortest, n)
     h = band(response(name, low.eigenvalue), response(name, high.eigenvalue))
     if _is_exact(method, n):
-        return Design(eigenbasis.Projection(eigenbasis.complete(S), h), h, high, "exact")
-    return Design(approximate(h, tolerance), h, high, "chebyshev")
+        return Design(eigenbasis.Projection(eigenbasis.complete(L.graph.symmetric_laplacian()), h), h, high, "exact")
+    return Design(approximate(h, tolerance, passed_on), h, high, "chebyshev")
 
 
 def _is_exact(method: str, vertex_count: int) -> bool:

@@ -1,4 +1,4 @@
-"""h(S) X with eigenvectors: the book way, for small meshes, for reference and for teaching."""
+"""h(L) X with eigenvectors: the book way, for small meshes, for reference and for teaching."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import eigsh
 
 from meshlab_specsmooth.errors import TooLarge
+from meshlab_specsmooth.graph.laplacian import Laplacian
 from meshlab_specsmooth.response import Response
 from meshlab_specsmooth.spectral.cutoff import WEYL, Cutoff
 from meshlab_specsmooth.spectral.progress import Progress
@@ -75,10 +76,10 @@ class Projection:
     degree: int = 0
     error: float = 0.0
 
-    def apply(self, S: csr_array, X: Floats, progress: Progress | None = None) -> Floats:
-        """U h(Lambda) U^T X."""
-        U = self.basis.vectors
-        return np.asarray(U @ (self.response(self.basis.eigenvalues)[:, None] * (U.T @ X)))
+    def apply(self, L: Laplacian, X: Floats, progress: Progress | None = None) -> Floats:
+        """D^-1/2 U h(Lambda) U^T D^1/2 X: the projection is in the D-inner product, where L is symmetric."""
+        U, root = self.basis.vectors, np.sqrt(L.degree)
+        return np.asarray(U @ (self.response(self.basis.eigenvalues)[:, None] * (U.T @ (X * root)))) / root
 
 
 def complete(S: csr_array) -> Eigenbasis:

@@ -1,0 +1,127 @@
+"""The graph of a mesh: who is whose neighbour, and how many faces each edge has."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.sparse import coo_array, csr_array, diags_array
+
+from meshlab_specsmooth.surface import Floats, Integers
+
+
+@dataclass(frozen=True, eq=False)
+class Graph:
+    """An undirected graph without loops, each edge stored in both directions.
+
+    Attributes
+    ----------
+    indptr : (n + 1,) int32
+        Where each vertex' neighbours start in ``indices``.
+    indices : (2 e,) int32
+        The neighbours, in rising order for each vertex.
+    weights : (2 e,) float64 or None
+        Positive and symmetric; None where every edge weighs 1, so that a sweep need not read them.
+    degree : (n, 1) float64
+        Sum of each vertex' weights, positive: every vertex has an edge.
+    """
+
+    indptr: Integers
+    indices: Integers
+    weights: Floats | None
+    degree: Floats
+
+    @property
+    def size(self) -> int:
+        """Number of vertices."""
+        return len(self.degree)
+
+    def adjacency(self, values: npt.NDArray[np.generic] | None = None) -> csr_array:
+        """(n, n) matrix with the weights (or other values, one a direction of an edge) at the edges."""
+        if values is None:
+            values = np.ones(len(self.indices)) if self.weights is None else self.weights
+        return csr_array((values, self.indices, self.indptr), shape=(self.size, self.size))
+
+    def symmetric_laplacian(self) -> csr_array:
+        """S = I - D^-1/2 W D^-1/2, symmetric to the bit, for those who need a matrix: eigensolvers."""
+        W = self.adjacency()
+        root = 1 / np.sqrt(self.degree[:, 0])
+        # w_ij times (r_i r_j): the product of the roots is the same number for both directions
+        W = W.tocoo()
+        values = W.data * (root[W.row] * root[W.col])
+        S = diags_array(np.ones(self.size)) - coo_array((values, (W.row, W.col)), shape=W.shape)
+        return S.tocsr()
+
+
+@dataclass(frozen=True, eq=False)
+class MeshGraph:
+    """What :func:`of_mesh` reads off the faces.
+
+    Attributes
+    ----------
+    graph : Graph
+        With weights of 1.
+    face_count : (2 e,) int32
+        Faces at each edge, in the order of ``graph.indices``.
+    corner_count : (n,) int32
+        Diagonal of 9 C^T C: the faces at each vertex (a face with two of its corners there counts four times).
+    """
+
+    graph: Graph
+    face_count: Integers
+    corner_count: Integers
+
+    def ends(self) -> Integers:
+        """(e, 2) int32 ends of each edge once, smaller index first, sorted."""
+        return self._once(np.arange(len(self.face_count)))
+
+    def boundary(self) -> Integers:
+        """(b, 2) int32 ends of each edge that has one face only."""
+        return self._once(np.flatnonzero(self.face_count == 1))
+
+    def odd(self) -> tuple[Integers, Integers, Integers]:
+        """Both directions of all edges that have not two faces: (k,) int32 from, to, and number of faces."""
+        at = np.flatnonzero(self.face_count != 2)
+        return *self._ends_at(at), self.face_count[at]
+
+    def _once(self, at: npt.NDArray[np.int64]) -> Integers:
+        start, end = self._ends_at(at)
+        return np.stack([start, end], axis=1)[start < end]
+
+    def _ends_at(self, at: npt.NDArray[np.int64]) -> tuple[Integers, Integers]:
+        row = np.searchsorted(self.graph.indptr, at, side="right") - 1
+        return row.astype(np.int32), self.graph.indices[at]
+
+
+def of_mesh(F: Integers, n: int) -> MeshGraph:
+    """The graph of the mesh's edges.
+
+    Parameters
+    ----------
+    F : (m, 3) int32
+        Every vertex must be an end of a side that joins two different ones.
+    n : int
+        Number of vertices.
+    """
+    start, end = F.ravel(), F[:, [1, 2, 0]].ravel()
+    loop = start == end
+    corner_count = np.bincount(start, minlength=n)
+    if loop.any():
+        corner_count += 2 * np.bincount(start[loop], minlength=n)
+        start, end = start[~loop], end[~loop]
+    # Counting sort, by way of scipy's conversion to rows. Duplicates are added up, so the data count faces.
+    there = coo_array((np.ones(len(start), dtype=np.int32), (start, end)), shape=(n, n)).tocsr()
+    both = (there + there.T.tocsr()).tocsr()
+    both.sort_indices()
+    indptr, indices = both.indptr.astype(np.int32, copy=False), both.indices.astype(np.int32, copy=False)
+    degree = np.diff(indptr).astype(np.float64)[:, None]
+    return MeshGraph(Graph(indptr, indices, None, degree), both.data, corner_count.astype(np.int32))
+
+
+def weighted(n: int, ends: Integers, weight: Floats) -> Graph:
+    """The graph with the given edges, each once, and their positive weights; every vertex must have an edge."""
+    W = coo_array((weight, (ends[:, 0], ends[:, 1])), shape=(n, n)).tocsr()
+    W = (W + W.T.tocsr()).tocsr()
+    W.sort_indices()
+    return Graph(W.indptr, W.indices, W.data, np.asarray(W.sum(axis=1))[:, None])

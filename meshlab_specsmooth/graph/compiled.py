@@ -1,0 +1,191 @@
+"""Sweeps compiled by numba (the extra ``fast``): each is one pass that reads indices alone where all weights are 1.
+
+Compiled on first use and kept on disk. Unsigned indices, as signed ones are tested for counting from the end.
+"""
+
+from __future__ import annotations
+
+import functools
+
+import numba
+import numpy as np
+
+from meshlab_specsmooth.graph import blocks
+from meshlab_specsmooth.graph.build import Graph
+from meshlab_specsmooth.surface import Floats
+
+# sums may be taken in any order, and a product and a sum in one rounding; nothing is assumed of NaN and infinity
+_compiled = functools.partial(numba.njit, nogil=True, cache=True, fastmath={"reassoc", "contract"})
+
+
+class CompiledKernels:
+    """See :class:`meshlab_specsmooth.graph.kernels.Kernels`."""
+
+    name = "numba"
+
+    def __init__(self, graph: Graph) -> None:
+        self.graph = (graph.indptr.view(np.uint32), graph.indices.view(np.uint32), graph.weights)
+        self.degree = graph.degree[:, 0]
+        self.size = graph.size
+
+    def step(  # noqa: D102 (the protocol says it)
+        self, first: int, last: int, X: Floats, now: Floats, before: Floats, factor: float, share: float
+    ) -> None:
+        low, high = self._rows(first, last)
+        _step(low, high, *self.graph, self.degree, X, now, before, factor, share)
+
+    def differ(self, first: int, last: int, p: Floats, rows: Floats, kappa: float, z: Floats) -> None:  # noqa: D102
+        low, high = self._rows(first, last)
+        _differ(low, high, *self.graph, self.degree, p, rows[:, 0], kappa, z)
+
+    def gather(  # noqa: D102
+        self,
+        first: int,
+        last: int,
+        p: Floats,
+        z: Floats,
+        free: Floats,
+        kappa: float,
+        gram: Floats,
+        q: Floats,
+        sums: Floats,
+    ) -> None:
+        for i in range(first, last):
+            low, high = self._rows(i, i + 1)
+            _gather(low, high, *self.graph, self.degree, p, z, free[:, 0], kappa, gram[:, 0], q, sums[i])
+
+    def descend(  # noqa: D102
+        self, first: int, last: int, step: Floats, q: Floats, m: Floats, r: Floats, sums: Floats
+    ) -> None:
+        for i in range(first, last):
+            _descend(*self._rows(i, i + 1), step, q, m[:, 0], r, sums[i])
+
+    def turn(  # noqa: D102
+        self, first: int, last: int, step: Floats, turn: Floats, m: Floats, r: Floats, x: Floats, p: Floats
+    ) -> None:
+        _turn(*self._rows(first, last), step, turn, m[:, 0], r, x, p)
+
+    def edge_lengths(self, first: int, last: int, X: Floats, sums: Floats) -> None:  # noqa: D102
+        for i in range(first, last):
+            sums[i] = _edge_lengths(*self._rows(i, i + 1), *self.graph[:2], X)
+
+    def _rows(self, first: int, last: int) -> tuple[int, int]:
+        return first * blocks.ROWS, min(last * blocks.ROWS, self.size)
+
+
+@_compiled
+def _step(low, high, indptr, indices, weights, degree, X, now, before, factor, share):  # type: ignore[no-untyped-def]
+    for i in range(low, high):
+        s0 = s1 = s2 = 0.0
+        for k in range(indptr[i], indptr[i + 1]):
+            j = indices[k]
+            if weights is None:
+                s0 += now[j, 0]
+                s1 += now[j, 1]
+                s2 += now[j, 2]
+            else:
+                w = weights[k]
+                s0 += w * now[j, 0]
+                s1 += w * now[j, 1]
+                s2 += w * now[j, 2]
+        f = -factor / degree[i]
+        before[i, 0] = f * s0 - before[i, 0] + share * X[i, 0]
+        before[i, 1] = f * s1 - before[i, 1] + share * X[i, 1]
+        before[i, 2] = f * s2 - before[i, 2] + share * X[i, 2]
+
+
+@_compiled
+def _differ(low, high, indptr, indices, weights, degree, p, rows, kappa, z):  # type: ignore[no-untyped-def]
+    for i in range(low, high):
+        s0 = s1 = s2 = 0.0
+        for k in range(indptr[i], indptr[i + 1]):
+            j = indices[k]
+            if weights is None:
+                s0 += p[j, 0]
+                s1 += p[j, 1]
+                s2 += p[j, 2]
+            else:
+                w = weights[k]
+                s0 += w * p[j, 0]
+                s1 += w * p[j, 1]
+                s2 += w * p[j, 2]
+        f = 1 / degree[i]
+        g = rows[i] * f
+        if weights is None:
+            z[i, 0] = kappa * p[i, 0] - g * (p[i, 0] - f * s0)
+            z[i, 1] = kappa * p[i, 1] - g * (p[i, 1] - f * s1)
+            z[i, 2] = kappa * p[i, 2] - g * (p[i, 2] - f * s2)
+        else:
+            z[i, 0] = g * (p[i, 0] - f * s0)
+            z[i, 1] = g * (p[i, 1] - f * s1)
+            z[i, 2] = g * (p[i, 2] - f * s2)
+
+
+@_compiled
+def _gather(low, high, indptr, indices, weights, degree, p, z, free, kappa, gram, q, sums):  # type: ignore[no-untyped-def]
+    d0 = d1 = d2 = 0.0
+    for i in range(low, high):
+        s0 = s1 = s2 = 0.0
+        for k in range(indptr[i], indptr[i + 1]):
+            j = indices[k]
+            if weights is None:
+                s0 += z[j, 0]
+                s1 += z[j, 1]
+                s2 += z[j, 2]
+            else:
+                w = weights[k]
+                s0 += kappa * p[j, 0] - w * z[j, 0]
+                s1 += kappa * p[j, 1] - w * z[j, 1]
+                s2 += kappa * p[j, 2] - w * z[j, 2]
+        if weights is None:
+            s0 += degree[i] * (kappa * p[i, 0] - z[i, 0])
+            s1 += degree[i] * (kappa * p[i, 1] - z[i, 1])
+            s2 += degree[i] * (kappa * p[i, 2] - z[i, 2])
+        else:
+            s0 += degree[i] * z[i, 0]
+            s1 += degree[i] * z[i, 1]
+            s2 += degree[i] * z[i, 2]
+        s0 = free[i] * (s0 + gram[i] * p[i, 0])
+        s1 = free[i] * (s1 + gram[i] * p[i, 1])
+        s2 = free[i] * (s2 + gram[i] * p[i, 2])
+        q[i, 0] = s0
+        q[i, 1] = s1
+        q[i, 2] = s2
+        d0 += p[i, 0] * s0
+        d1 += p[i, 1] * s1
+        d2 += p[i, 2] * s2
+    sums[0] = d0
+    sums[1] = d1
+    sums[2] = d2
+
+
+@_compiled
+def _descend(low, high, step, q, m, r, sums):  # type: ignore[no-untyped-def]
+    sums[:] = 0.0
+    for i in range(low, high):
+        for k in range(3):
+            t = r[i, k] - step[k] * q[i, k]
+            r[i, k] = t
+            sums[k] += t * t
+            sums[3 + k] += m[i] * t * t
+
+
+@_compiled
+def _turn(low, high, step, turn, m, r, x, p):  # type: ignore[no-untyped-def]
+    for i in range(low, high):
+        for k in range(3):
+            x[i, k] += step[k] * p[i, k]
+            p[i, k] = m[i] * r[i, k] + turn[k] * p[i, k]
+
+
+@_compiled
+def _edge_lengths(low, high, indptr, indices, X):  # type: ignore[no-untyped-def]
+    total = 0.0
+    for i in range(low, high):
+        for k in range(indptr[i], indptr[i + 1]):
+            j = indices[k]
+            a = X[j, 0] - X[i, 0]
+            b = X[j, 1] - X[i, 1]
+            c = X[j, 2] - X[i, 2]
+            total += np.sqrt(a * a + b * b + c * c)
+    return total

@@ -1,0 +1,103 @@
+"""Sweeps by scipy's sparse product and numpy: the reference, and what there is without the extra ``fast``."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from meshlab_specsmooth.graph import blocks
+from meshlab_specsmooth.graph.build import Graph
+from meshlab_specsmooth.surface import Floats
+
+
+class ReferenceKernels:
+    """See :class:`meshlab_specsmooth.graph.kernels.Kernels`."""
+
+    name = "scipy"
+
+    def __init__(self, graph: Graph) -> None:
+        self.degree = graph.degree
+        self.graph = graph
+        share = np.repeat(1 / graph.degree[:, 0], np.diff(graph.indptr))
+        if graph.weights is not None:
+            share *= graph.weights
+        # one matrix for each block of rows, which share the arrays of the whole
+        self.walk = _by_blocks(graph.adjacency(share))
+        self.neighbours = None if graph.weights is None else _by_blocks(graph.adjacency(np.ones(len(share))))
+
+    def step(  # noqa: D102 (the protocol says it)
+        self, first: int, last: int, X: Floats, now: Floats, before: Floats, factor: float, share: float
+    ) -> None:
+        for i, rows in self._blocks(first, last):
+            t = self.walk[i] @ now
+            t *= -factor
+            t -= before[rows]
+            if share:
+                t += share * X[rows]
+            before[rows] = t
+
+    def differ(self, first: int, last: int, p: Floats, rows: Floats, kappa: float, z: Floats) -> None:  # noqa: D102
+        for i, at in self._blocks(first, last):
+            y = p[at] - self.walk[i] @ p
+            y *= rows[at] / self.degree[at]
+            z[at] = y if self.neighbours is not None else kappa * p[at] - y
+
+    def gather(  # noqa: D102
+        self,
+        first: int,
+        last: int,
+        p: Floats,
+        z: Floats,
+        free: Floats,
+        kappa: float,
+        gram: Floats,
+        q: Floats,
+        sums: Floats,
+    ) -> None:
+        for i, at in self._blocks(first, last):
+            t = self.walk[i] @ z
+            if self.neighbours is None:
+                t += kappa * p[at] - z[at]
+                t *= self.degree[at]
+            else:
+                t = self.degree[at] * (z[at] - t) + kappa * (self.neighbours[i] @ p)
+            t += gram[at] * p[at]
+            t *= free[at]
+            q[at] = t
+            sums[i] = np.einsum("ij,ij->j", p[at], t)
+
+    def descend(  # noqa: D102
+        self, first: int, last: int, step: Floats, q: Floats, m: Floats, r: Floats, sums: Floats
+    ) -> None:
+        for i, at in self._blocks(first, last):
+            r[at] -= step * q[at]
+            sums[i, :3] = np.einsum("ij,ij->j", r[at], r[at])
+            sums[i, 3:] = np.einsum("ij,ij,ik->j", r[at], r[at], m[at])
+
+    def turn(  # noqa: D102
+        self, first: int, last: int, step: Floats, turn: Floats, m: Floats, r: Floats, x: Floats, p: Floats
+    ) -> None:
+        for _, at in self._blocks(first, last):
+            x[at] += step * p[at]
+            p[at] *= turn
+            p[at] += m[at] * r[at]
+
+    def edge_lengths(self, first: int, last: int, X: Floats, sums: Floats) -> None:  # noqa: D102
+        for i, at in self._blocks(first, last):
+            start, *_, end = self.graph.indptr[at.start : at.stop + 1]
+            apart = X[self.graph.indices[start:end]]
+            apart -= np.repeat(X[at], np.diff(self.graph.indptr[at.start : at.stop + 1]), axis=0)
+            sums[i] = np.sqrt(np.einsum("ij,ij->i", apart, apart)).sum()
+
+    def _blocks(self, first: int, last: int) -> list[tuple[int, slice]]:
+        return [(i, slice(i * blocks.ROWS, min((i + 1) * blocks.ROWS, len(self.degree)))) for i in range(first, last)]
+
+
+def _by_blocks(M: csr_array) -> list[csr_array]:
+    parts = []
+    for low in range(0, M.shape[0], blocks.ROWS):
+        high = min(low + blocks.ROWS, M.shape[0])
+        start, end = M.indptr[low], M.indptr[high]
+        part = (M.data[start:end], M.indices[start:end], M.indptr[low : high + 1] - start)
+        parts.append(csr_array(part, shape=(high - low, M.shape[1])))
+    return parts

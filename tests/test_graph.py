@@ -1,0 +1,224 @@
+"""The graph of a mesh, and its sweeps: compiled and by scipy, which must agree."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+
+import meshlab_specsmooth as mss
+from meshlab_specsmooth.graph import blocks, kernels, order
+from meshlab_specsmooth.graph.build import of_mesh, weighted
+from meshlab_specsmooth.graph.compiled import CompiledKernels
+from meshlab_specsmooth.graph.laplacian import Laplacian, laplacian
+from meshlab_specsmooth.graph.reference import ReferenceKernels
+from meshlab_specsmooth.operators import laplacian_of_kind
+from meshlab_specsmooth.smoothing import prepare
+from meshlab_specsmooth.surface import Surface, edges
+from tests.meshes import TETRAHEDRON, flaws, meshes, rough, sheet, together, torus
+
+MESHES = {"closed": rough(torus(12, 9)), "open": rough(sheet()), "flawed": flaws(sheet(5, 4))["duplicate faces"]}
+LARGE = rough(torus(300, 290))  # more rows than one thread is given
+BOTH = [ReferenceKernels, CompiledKernels]
+
+
+def graph_of(mesh, kind="uniform"):
+    V, F = mesh[0], mesh[1].astype(np.int32)
+    return laplacian_of_kind(kind, of_mesh(F, len(V)), V, F).graph
+
+
+@settings(deadline=None)
+@given(mesh=meshes())
+def test_the_graph_has_the_edges_of_the_mesh_and_counts_their_faces(mesh):
+    V, F = mesh
+    surface = Surface(V, F)
+    ends, face_count = edges(surface)
+    used = np.unique(ends)
+    if len(used) == 0:
+        return
+    number = np.cumsum(np.isin(np.arange(len(V)), used)) - 1
+    has_side = (F != F[:, [1, 2, 0]]).any(axis=1)
+    graph = of_mesh(number[F[has_side]].astype(np.int32), len(used))
+    assert np.array_equal(graph.ends(), number[ends])
+    assert np.array_equal(graph.boundary(), number[ends[face_count == 1]])
+    counts = graph.graph.adjacency(graph.face_count).toarray()
+    assert np.array_equal(counts, counts.T)
+    assert np.array_equal(counts[tuple(number[ends].T)], face_count)
+    incidence = np.zeros((has_side.sum(), len(used)))
+    np.add.at(incidence, (np.repeat(np.arange(has_side.sum()), 3), number[F[has_side]].ravel()), 1)
+    assert np.array_equal(np.diag(incidence.T @ incidence), graph.corner_count)
+    assert np.array_equal(graph.graph.degree[:, 0], (counts > 0).sum(axis=1))
+
+
+def test_a_weighted_graph_is_symmetric_whichever_way_its_edges_are_given():
+    one = weighted(3, np.array([[0, 1], [1, 2]], dtype=np.int32), np.array([2.0, 5.0]))
+    other = weighted(3, np.array([[2, 1], [1, 0]], dtype=np.int32), np.array([5.0, 2.0]))
+    for graph in (one, other):
+        assert graph.adjacency().toarray() == pytest.approx(np.array([[0, 2, 0], [2, 0, 5], [0, 5, 0.0]]))
+        assert graph.degree.ravel() == pytest.approx([2, 7, 5])
+
+
+def outcomes(graph, make, n):
+    """Every operation of the kernels on the same numbers."""
+    rng = np.random.default_rng(7)
+    X, now, before, r, x, p = rng.standard_normal((6, n, 3))
+    rows, free = (rng.random((2, n, 1)) > 0.2).astype(float)
+    m, gram = rng.random((2, n, 1)) + 0.5
+    step, turn = rng.random((2, 3))
+    work, count = make(graph), blocks.count(n)
+    z, q, sums, six, lengths = np.empty((n, 3)), np.empty((n, 3)), *(np.empty((count, k)) for k in (3, 6, 1))
+    work.step(0, count, X, now, before, 2.0, 0.3)
+    work.differ(0, count, p, rows, 0.2, z)
+    work.gather(0, count, p, z, free, 0.2, gram, q, sums)
+    work.descend(0, count, step, q, m, r, six)
+    work.turn(0, count, step, turn, m, r, x, p)
+    work.edge_lengths(0, count, X, lengths)
+    return before, q, sums, r, six, x, p, lengths
+
+
+@pytest.mark.parametrize("kind", ["uniform", "cotangent"])
+@pytest.mark.parametrize("mesh", [*MESHES.values(), LARGE], ids=[*MESHES, "large"])
+def test_the_compiled_kernels_do_what_the_reference_does_to_1e_12(mesh, kind):
+    graph = graph_of(mesh, kind)
+    for compiled, reference in zip(*(outcomes(graph, make, graph.size) for make in BOTH), strict=True):
+        assert np.abs(compiled - reference).max() <= 1e-12 * np.abs(reference).max()
+
+
+@pytest.mark.parametrize("make", BOTH)
+def test_a_step_is_one_of_chebyshevs_recurrence(make):
+    graph = graph_of(MESHES["open"], "cotangent")
+    X, now, before = np.random.default_rng(0).standard_normal((3, graph.size, 3))
+    walk = graph.adjacency().toarray() / graph.degree
+    expected = 0.3 * X - 2 * walk @ now - before
+    L = Laplacian(graph, make(graph))
+    L.step(X, now, before, share=0.3)
+    assert before == pytest.approx(expected)
+    assert L @ X[:, :2] == pytest.approx(X[:, :2] - walk @ X[:, :2])
+
+
+@pytest.mark.parametrize("make", BOTH)
+def test_how_many_threads_there_are_does_not_show(make, monkeypatch):
+    graph = graph_of(LARGE)
+    L = Laplacian(graph, make(graph))
+    for work in (lambda: L @ LARGE[0], lambda: L.mean_edge_length(LARGE[0])):
+        several = work()
+        with monkeypatch.context() as alone:
+            alone.setattr(blocks, "threads", lambda: 1)
+            assert np.array_equal(several, work())
+
+
+def test_the_whole_filter_is_the_same_without_the_extra(monkeypatch):
+    given_ = {"modes": 30, "boundary": "curve", "method": "chebyshev"}
+    mesh = rough(sheet(40, 30))
+    compiled = mss.smooth(*mesh, **given_)
+    monkeypatch.setitem(sys.modules, "meshlab_specsmooth.graph.compiled", None)  # as if numba could not be imported
+    reference = mss.smooth(*mesh, **given_)
+    assert (compiled.kernels, reference.kernels) == ("numba", "scipy")
+    assert np.abs(compiled.vertices - reference.vertices).max() < 1e-12 * np.abs(mesh[0]).max()
+
+
+def test_without_numba_scipy_is_used():
+    code = "import sys; sys.modules['numba'] = None\nimport meshlab_specsmooth as mss\n"
+    code += "print(mss.smooth([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]).kernels)"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "scipy\n"
+
+
+def test_compiled_code_is_kept_on_disk():
+    graph = graph_of(TETRAHEDRON)
+    outcomes(graph, CompiledKernels, graph.size)
+    from meshlab_specsmooth.graph import compiled
+
+    for kernel in (compiled._step, compiled._differ, compiled._gather, compiled._descend, compiled._turn):
+        assert kernel.stats.cache_path
+        assert kernel.stats.cache_hits or kernel.stats.cache_misses
+
+
+def shuffled(mesh, seed=0):
+    V, F = mesh
+    at = np.random.default_rng(seed).permutation(len(V))
+    return V[at], np.argsort(at)[F], at
+
+
+def test_a_badly_ordered_mesh_is_put_in_order_inside_and_the_result_put_back():
+    V, F, at = shuffled(LARGE)
+    assert order.is_scattered(F.astype(np.int32), len(V))
+    assert not order.is_scattered(LARGE[1].astype(np.int32), len(V))
+    prepared = prepare(V, F)
+    assert np.array_equal(np.sort(prepared.moving), np.arange(len(V)))
+    indices = prepared.L.graph.indices.astype(np.int64)
+    row = np.repeat(np.arange(len(V)), np.diff(prepared.L.graph.indptr))
+    assert np.median(abs(indices - row)) < order.NEAR / 10 < np.median(abs(F[:, 0] - F[:, 1]))
+    straight = mss.smooth(*LARGE).vertices[at]
+    assert prepared.smooth().vertices == pytest.approx(straight, abs=1e-5 * prepared.mean_edge)
+    weights = np.random.default_rng(3).random(len(V))
+    some = {"mask": weights[at] > 0.5, "features": weights[at], "feature_gain": 1.0}
+    expected = mss.smooth(*LARGE, mask=weights > 0.5, features=weights, feature_gain=1.0).vertices[at]
+    assert prepared.smooth(**some).vertices == pytest.approx(expected, abs=1e-5 * prepared.mean_edge)
+
+
+def test_places_near_each_other_are_near_on_the_curve():
+    V = np.random.default_rng(5).random((20_000, 3))
+    at = order.along_a_curve(V)
+    assert np.array_equal(np.sort(at), np.arange(len(V)))
+    along, anyhow = (np.linalg.norm(np.diff(W, axis=0), axis=1).mean() for W in (V[at], V))
+    assert along < 0.1 * anyhow
+    # eight corners of a cube, in the order of their bits
+    corners = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], dtype=float)
+    mixed = np.array([3, 1, 7, 0, 2, 6, 5, 4])
+    assert np.array_equal(mixed[order.along_a_curve(corners[mixed])], np.arange(8))
+    assert len(order.along_a_curve(np.zeros((4, 3)))) == 4
+
+
+def test_an_error_in_a_thread_is_not_lost():
+    def fail(first, last):
+        if first > 0:
+            raise ArithmeticError("in a thread")
+
+    n = 100 * blocks.ROWS
+    if blocks.threads() == 1:
+        pytest.skip("one processor")
+    with pytest.raises(ArithmeticError, match="in a thread"):
+        blocks.in_threads(fail, n)
+
+
+def test_every_block_is_worked_on_once():
+    for n in (1, blocks.ROWS, blocks.ROWS + 1, 50 * blocks.ROWS + 3):
+        seen = np.zeros(blocks.count(n))
+
+        def work(first, last, seen=seen):
+            seen[first:last] += 1
+
+        blocks.in_threads(work, n)
+        assert (seen == 1).all()
+
+
+@pytest.mark.skipif(not hasattr(__import__("os"), "fork"), reason="no fork")
+def test_a_forked_child_has_threads_of_its_own():
+    code = """
+import os, warnings
+warnings.simplefilter("ignore", DeprecationWarning)  # of fork in a process with threads, which is the point
+from meshlab_specsmooth.graph import blocks
+n = 100 * blocks.ROWS
+blocks.in_threads(lambda first, last: None, n)
+child = os.fork()
+if child == 0:
+    blocks.in_threads(lambda first, last: None, n)
+    os._exit(7)
+print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
+    assert done.stdout == "7\n"
+
+
+def test_sums_of_several_columns_are_by_threes():
+    L = laplacian(graph_of(MESHES["closed"]))
+    X = np.random.default_rng(2).standard_normal((L.size, 7))
+    assert np.hstack([L @ X[:, i : i + 1] for i in range(7)]) == pytest.approx(L @ X, abs=1e-14)
+    assert (L @ X[:, :0]).shape == (L.size, 0)
+    assert kernels.COLUMNS == 3
+
+
+def test_components_do_not_meet():
+    mesh = together(TETRAHEDRON, TETRAHEDRON)
+    assert graph_of(mesh).adjacency().toarray()[:4, 4:].sum() == 0
