@@ -1,75 +1,371 @@
 #!/usr/bin/env python3
-"""Speed, as ratios in one run: the book way (eigenvectors, a sparse direct solve) against this package.
+"""Speed, as ratios in one run: against MeshLab's own filters, the book way, scipy's eigensolver, and the memory's speed.
 
-python3 scripts/benchmark_speed.py [--modes 200] [--runs 3]
+python3 scripts/benchmark_speed.py                    everything; a quarter of an hour on two cores
+python3 scripts/benchmark_speed.py --only bridge      one measure (see --help)
+python3 scripts/benchmark_speed.py --small --runs 1   whether it works, in a minute; the figures mean nothing
+
+Every measure runs in a process of its own, after a warm-up, what is compared in turn; medians are shown. The meshes are
+irregular tori (a random diagonal in each quad) with noise of 0.2 edges. Writes benchmark/speed.txt and speed.png.
 """
 
 import argparse
+import json
+import resource
 import statistics
+import subprocess
 import sys
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 import bootstrap
 
 bootstrap.enter("demo")
+if "--without-fast" in sys.argv:
+    sys.modules["numba"] = None  # as if the extra were not installed
 
 import numpy as np  # noqa: E402
-from scipy.sparse import eye_array  # noqa: E402
+import pymeshlab  # noqa: E402
+from scipy.sparse import csr_array, diags_array, eye_array  # noqa: E402
 from scipy.sparse.linalg import eigsh, splu  # noqa: E402
 
 import meshlab_specsmooth as mss  # noqa: E402
-from meshlab_specsmooth.bridge import files, meshset  # noqa: E402
 from meshlab_specsmooth.compare.metrics import add_noise  # noqa: E402
-from meshlab_specsmooth.operators import barycenters, laplacian  # noqa: E402
-from meshlab_specsmooth.surface import Surface, edges, mean_edge_length  # noqa: E402
+from meshlab_specsmooth.graph import blocks  # noqa: E402
+from meshlab_specsmooth.operators import barycenters  # noqa: E402
+from meshlab_specsmooth.spectral import eigenbasis  # noqa: E402
+from meshlab_specsmooth.surface import Surface  # noqa: E402
+
+Seconds = dict[str, float]
+
+
+def torus(vertices: int) -> Surface:
+    """An irregular torus of about so many vertices, noisy."""
+    nx, ny = round((1.5625 * vertices) ** 0.5), round((vertices / 1.5625) ** 0.5)
+    i, j = (x.ravel() for x in np.meshgrid(np.arange(nx), np.arange(ny), indexing="ij"))
+    t, p = 2 * np.pi * i / nx, 2 * np.pi * j / ny
+    V = np.stack([(3 + np.cos(p)) * np.cos(t), (3 + np.cos(p)) * np.sin(t), np.sin(p)], axis=1)
+    a, b, c, d = (((i + k) % nx * ny + (j + m) % ny) for k, m in ((0, 0), (1, 0), (1, 1), (0, 1)))
+    one = np.random.default_rng(11).random(len(a)) < 0.5
+    F = np.concatenate(
+        [np.stack(x, axis=1)[y] for x, y in (((a, b, c), one), ((a, c, d), one), ((a, b, d), ~one), ((b, c, d), ~one))]
+    )
+    clean = Surface(V, F)
+    return Surface(add_noise(clean, 0.2, seed=1), F)
+
+
+def shuffled(surface: Surface) -> Surface:
+    """The same with its vertices in random order."""
+    at = np.random.default_rng(2).permutation(len(surface.vertices))
+    return Surface(surface.vertices[at], np.argsort(at)[surface.faces])
+
+
+def timed(work: Callable[[], object]) -> float:
+    start = time.perf_counter()
+    work()
+    return time.perf_counter() - start
+
+
+def in_turn(runs: int, **works: Callable[[], object]) -> Seconds:
+    """Median seconds of each, one after the other, so many times."""
+    seconds = {name: [] for name in works}
+    for _ in range(runs):
+        for name, work in works.items():
+            seconds[name].append(timed(work))
+    return {name: statistics.median(of) for name, of in seconds.items()}
+
+
+def filter_call(surface: Surface, name: str) -> Callable[[], object]:
+    """A filter with its defaults on a MeshSet that holds the mesh; timed without making the MeshSet."""
+    kept = []
+
+    def prepare() -> Callable[[], object]:
+        ms = pymeshlab.MeshSet()
+        ms.add_mesh(pymeshlab.Mesh(surface.vertices, surface.faces))
+        kept[:] = [ms]  # the last one goes only now, and not while the clock runs
+        return lambda: mss.apply_coord_spectral_smoothing(ms) if name == "ours" else ms.apply_filter(name)
+
+    return prepare
+
+
+def calls_in_turn(runs: int, **makers: Callable[[], Callable[[], object]]) -> Seconds:
+    seconds = {name: [] for name in makers}
+    for _ in range(runs):
+        for name, make in makers.items():
+            seconds[name].append(timed(make()))
+    return {name: statistics.median(of) for name, of in seconds.items()}
+
+
+def warm_up() -> None:
+    """Load what is loaded once: compiled code, threads."""
+    small = torus(2_000)
+    mss.smooth(small.vertices, small.faces, modes=20)
+    filter_call(small, "ours")()()
+
+
+# --- measures: each runs in a process of its own, with a number of vertices ---
+
+
+def bridge(n: int, runs: int) -> Seconds:
+    warm_up()
+    surface = torus(n)
+    return calls_in_turn(
+        runs,
+        ours=filter_call(surface, "ours"),
+        taubin=filter_call(surface, "apply_coord_taubin_smoothing"),
+        laplacian=filter_call(surface, "apply_coord_laplacian_smoothing"),
+        arrays=lambda: lambda: mss.smooth(surface.vertices, surface.faces),
+    )
+
+
+def disorder(n: int, runs: int) -> Seconds:
+    warm_up()
+    surface = torus(n)
+    return calls_in_turn(runs, natural=filter_call(surface, "ours"), random=filter_call(shuffled(surface), "ours"))
+
+
+def growth(n: int, runs: int) -> Seconds:
+    warm_up()
+    surface = torus(n)
+    return in_turn(runs, ours=lambda: mss.smooth(surface.vertices, surface.faces))
+
+
+def book(n: int, runs: int) -> Seconds:
+    warm_up()
+    surface = torus(n)
+    return in_turn(
+        runs,
+        ours=lambda: mss.smooth(surface.vertices, surface.faces, modes=200, method="chebyshev"),
+        book=lambda: book_way(surface, 200),
+    )
 
 
 def book_way(surface: Surface, modes: int) -> np.ndarray:
     """The paper as one would write it down: eigsh with shift and invert, and the normal equations by sparse LU."""
-    L, C = laplacian(surface, edges(surface)[0]), barycenters(surface)
-    n = len(surface.vertices)
-    _, U = eigsh((L.S + 1e-3 * eye_array(n)).tocsc(), k=modes, sigma=0)
-    delta = L @ surface.vertices
-    filtered = (U @ (U.T @ (delta * L.root_degree))) / L.root_degree
-    matrix = L.S.multiply(1 / L.root_degree).multiply(L.root_degree.T).tocsr()
-    normal = (matrix.T @ matrix + C.T @ C).tocsc()
-    right = L.transposed(filtered) + C.T @ (C @ surface.vertices)
+    V, F, n = surface.vertices, surface.faces, len(surface.vertices)
+    sides = np.concatenate([F[:, [0, 1]], F[:, [1, 2]], F[:, [2, 0]]])
+    A = csr_array((np.ones(len(sides)), sides.T), shape=(n, n))
+    A = ((A + A.T) > 0).astype(float)
+    d = A.sum(axis=1)
+    L = (eye_array(n) - diags_array(1 / d) @ A).tocsr()
+    S = (eye_array(n) - diags_array(d**-0.5) @ A @ diags_array(d**-0.5)).tocsc()
+    _, U = eigsh(S + 1e-3 * eye_array(n), k=modes, sigma=0)
+    delta, root = L @ V, np.sqrt(d)[:, None]
+    filtered = (U @ (U.T @ (delta * root))) / root
+    C = barycenters(F, n)
     # a symmetric ordering and no pivoting, as suits a positive definite matrix
-    lu = splu(normal, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
-    return lu.solve(right)
+    lu = splu(
+        (L.T @ L + C.T @ C).tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+    )
+    return lu.solve(L.T @ filtered + C.T @ (C @ V))
 
 
-def timed(work: Callable[[], np.ndarray], runs: int) -> tuple[float, np.ndarray]:
-    """Median seconds, and the last result."""
-    seconds = []
-    for _ in range(runs):
-        start = time.perf_counter()
-        result = work()
-        seconds.append(time.perf_counter() - start)
-    return statistics.median(seconds), result
+def sweep(n: int, runs: int) -> Seconds:
+    """One step of the recurrence, and a = b + 3 c over arrays far larger than any cache, by as many threads."""
+    prepared = mss.prepare(*vars(torus(n)).values())
+    L, X = prepared.L, prepared.positions
+    now, before = X.copy(), X.copy()
+    a, b, c = np.ones((3, 2 * 10**7))
+
+    def triad(first: int, last: int) -> None:
+        for low in range(first * blocks.ROWS, min(last * blocks.ROWS, len(a)), blocks.ROWS):
+            at = slice(low, low + blocks.ROWS)
+            np.multiply(c[at], 3.0, out=a[at])
+            a[at] += b[at]
+
+    def steps() -> None:
+        for _ in range(10):
+            L.step(X, now, before, share=0.5)
+            before[:] = X  # keeps the numbers from growing
+
+    copy = lambda: [np.copyto(before, X) for _ in range(10)]  # noqa: E731
+    steps()
+    seconds = in_turn(max(runs, 5), steps=steps, copy=copy, triad=lambda: blocks.in_threads(triad, len(a)))
+    # neighbours' rows, X and before are read, before is written; so are the indices, where there are no weights to read
+    size = len(L.graph.indices) * 4 + L.size * (4 * 24 + 4 + 8)
+    if L.kernels.name == "scipy":
+        size += len(L.graph.indices) * 8
+    step = (seconds["steps"] - seconds["copy"]) / 10
+    return {"sweep_rate": size / step / 1e9, "triad_rate": 24 * len(a) / seconds["triad"] / 1e9, "step": step}
+
+
+def basis(n: int, runs: int) -> Seconds:
+    S = mss.prepare(*vars(torus(n)).values()).L.graph.symmetric_laplacian()
+    shifted = (S + 1e-3 * eye_array(S.shape[0])).tocsc()
+    found = eigenbasis.lowest(S, 200)
+    off = S @ found.vectors - found.vectors * found.eigenvalues
+    seconds = in_turn(runs, ours=lambda: eigenbasis.lowest(S, 200), eigsh=lambda: eigsh(shifted, k=200, sigma=0))
+    return seconds | {"residual": float(np.linalg.norm(off, axis=0).max())}
+
+
+def slider(n: int, runs: int) -> Seconds:
+    """Further calls on the prepared surface, each with another cut-off, response and weight."""
+    surface = torus(n)
+    # in a fresh process: what is loaded once is part of a user's first call
+    first_ever = timed(lambda: mss.prepare(surface.vertices, surface.faces).smooth(modes=200))
+    prepared = mss.prepare(surface.vertices, surface.faces)
+    settings = [
+        {"modes": modes, "barycenter_weight": weight, "response": response}
+        for modes in (150, 200, 300)
+        for weight in (1.0, 0.7)
+        for response in ("ideal", "butterworth")
+    ]
+    further = [timed(lambda given=given: prepared.smooth(**given)) for _ in range(runs) for given in settings]
+    first = in_turn(runs, first=lambda: mss.prepare(surface.vertices, surface.faces).smooth(modes=200))["first"]
+    return {"first_ever": first_ever, "first": first, "next": statistics.median(further)}
+
+
+def memory(n: int, runs: int) -> Seconds:
+    """Peak of the process during a call, beyond what it held before, in bytes a vertex."""
+    del runs
+    warm_up()
+    surface = torus(n)
+    held = int(Path("/proc/self/statm").read_text(encoding="utf-8").split()[1]) * resource.getpagesize()
+    Path("/proc/self/clear_refs").write_text("5", encoding="utf-8")  # the peak counts from now
+    seconds = timed(lambda: mss.smooth(surface.vertices, surface.faces))
+    peak = next(line for line in Path("/proc/self/status").read_text(encoding="utf-8").splitlines() if "VmHWM" in line)
+    return {"bytes": (int(peak.split()[1]) * 1024 - held) / n, "seconds": seconds}
+
+
+MEASURES = {f.__name__: f for f in (bridge, disorder, growth, book, sweep, basis, slider, memory)}
+
+# --- the table ---
+
+
+class Run:
+    """Measures by name, made once."""
+
+    def __init__(self, runs: int, small: bool, only: "list[str] | None") -> None:
+        self.runs, self.small, self.only = runs, small, only
+        self.made: dict[tuple[str, int, bool], Seconds] = {}
+
+    def of(self, name: str, n: int, fast: bool = True, runs: "int | None" = None) -> Seconds:
+        if self.small:
+            n = max(3_000, n // 1000)
+        if (name, n, fast) not in self.made:
+            print(f"  measuring: {name}, {n} vertices{'' if fast else ', without the extra fast'} ...", flush=True)
+            command = [sys.executable, __file__, "--measure", name, "--vertices", str(n)]
+            command += ["--runs", str(runs or self.runs)] + ([] if fast else ["--without-fast"])
+            done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True)
+            self.made[name, n, fast] = json.loads(done.stdout.splitlines()[-1])
+        return self.made[name, n, fast]
+
+    def wants(self, name: str) -> bool:
+        return self.only is None or name in self.only
+
+
+def rows(run: Run) -> "list[tuple[str, str, str, bool]]":
+    """What, figure, wanted, reached."""
+    table = []
+
+    def row(what: str, figure: float, wanted: float, parts: str, at_least: bool) -> None:
+        sign, reached = ("at least", figure >= wanted) if at_least else ("at most", figure <= wanted)
+        table.append((f"{what} ({parts})", f"{figure:.3g}", f"{sign} {wanted:g}", reached))
+
+    million, four = 10**6, 4 * 10**6
+    if run.wants("bridge"):
+        with_, without = run.of("bridge", million), run.of("bridge", million, fast=False)
+        for name, s, wanted in (("with", with_, 0.7), ("without", without, 1.5)):
+            parts = f"{s['ours']:.2f} s / {s['taubin']:.2f} s"
+            row(f"1M vertices, MeshSet, {name} the extra: ours / Taubin", s["ours"] / s["taubin"], wanted, parts, False)
+        parts = f"{with_['arrays']:.2f} s / {with_['taubin']:.2f} s"
+        row("1M vertices, arrays: ours / Taubin", with_["arrays"] / with_["taubin"], 0.4, parts, False)
+    if run.wants("disorder"):
+        s = run.of("disorder", million)
+        parts = f"{s['random']:.2f} s / {s['natural']:.2f} s"
+        row("1M vertices, MeshSet: random order / natural order", s["random"] / s["natural"], 1.5, parts, False)
+    if run.wants("book"):
+        for n, wanted in ((37_500, 100), (134_000, 200)):
+            s = run.of("book", n)
+            parts = f"{s['book']:.1f} s / {s['ours']:.3f} s"
+            row(f"{n} vertices, modes=200: book way / ours", s["book"] / s["ours"], wanted, parts, True)
+    if run.wants("growth"):
+        one, other = run.of("growth", million)["ours"], run.of("growth", four)["ours"]
+        row("arrays: 4M vertices / 1M vertices", other / one, 4.4, f"{other:.2f} s / {one:.2f} s", False)
+    if run.wants("sweep"):
+        s = run.of("sweep", million)
+        parts = f"{s['sweep_rate']:.1f} GB/s / {s['triad_rate']:.1f} GB/s; {1e3 * s['step']:.1f} ms"
+        row("a sweep over 1M vertices: bytes a second / triad", s["sweep_rate"] / s["triad_rate"], 0.5, parts, True)
+    if run.wants("basis"):
+        s = run.of("basis", 37_500)
+        parts = f"{s['eigsh']:.1f} s / {s['ours']:.2f} s; residuals below {s['residual']:.0e}"
+        row("200 eigenpairs of 37500 vertices: eigsh / ours", s["eigsh"] / s["ours"], 4, parts, True)
+    if run.wants("slider"):
+        s = run.of("slider", 35_000)
+        for name, first in (("first in a process", s["first_ever"]), ("first, all loaded", s["first"])):
+            parts = f"{1e3 * first:.0f} ms / {1e3 * s['next']:.0f} ms"
+            row(f"35000 vertices, prepared: {name} / next call", first / s["next"], 20, parts, True)
+    if run.wants("memory"):
+        s = run.of("memory", four)
+        row(
+            "4M vertices, arrays: peak bytes a vertex beyond the input", s["bytes"], 600, f"{s['seconds']:.1f} s", False
+        )
+    return table
+
+
+def plot(run: Run, place: Path) -> None:
+    """Seconds over vertices, both logarithmic."""
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    from matplotlib import pyplot
+
+    sizes = [3_000, 10_000, 30_000, 100_000, 300_000, 1_000_000]
+    lines: dict[str, list[float]] = {}
+    for n in sizes:
+        with_, without = run.of("bridge", n), run.of("bridge", n, fast=False)
+        values = {
+            "MeshLab Taubin": with_["taubin"],
+            "MeshLab Laplacian": with_["laplacian"],
+            "ours on a MeshSet": with_["ours"],
+            "ours on a MeshSet, without the extra": without["ours"],
+            "ours on arrays": with_["arrays"],
+        }
+        for name, seconds in values.items():
+            lines.setdefault(name, []).append(seconds)
+    figure, axes = pyplot.subplots(figsize=(8, 5.5), dpi=120)
+    styles = {"MeshLab Taubin": "C3o-", "MeshLab Laplacian": "C1o-", "ours on arrays": "C0s:"}
+    for name, seconds in lines.items():
+        style = styles.get(name, "C0s--" if "without" in name else "C0s-")
+        axes.loglog(sizes, seconds, style, label=name, markersize=4)
+    if run.wants("book"):
+        books = [(n, run.of("book", n)["book"]) for n in (3_000, 10_000, 37_500, 134_000)]
+        axes.loglog(*zip(*books, strict=True), "k^-", label="the book way (eigsh, sparse LU), 200 modes", markersize=4)
+    axes.set(xlabel="vertices", ylabel="seconds", title="Smoothing an irregular torus, default settings")
+    axes.grid(visible=True, which="both", alpha=0.25)
+    axes.legend(fontsize=8)
+    figure.tight_layout()
+    figure.savefig(place)
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--modes", type=int, default=200)
     parser.add_argument("--runs", type=int, default=3, help="the median of so many is shown (default: 3)")
+    parser.add_argument("--only", action="append", choices=MEASURES, help="this measure, without the plot; repeatable")
+    parser.add_argument("--small", action="store_true", help="meshes a thousand times smaller")
+    parser.add_argument("--out", metavar="DIR", default="benchmark", help="folder (default: benchmark)")
+    parser.add_argument("--measure", choices=MEASURES, help=argparse.SUPPRESS)
+    parser.add_argument("--vertices", type=int, help=argparse.SUPPRESS)
+    parser.add_argument("--without-fast", action="store_true", help=argparse.SUPPRESS)
     given = parser.parse_args()
-    truth = Surface(*meshset.pull(files.read(files.sample("bunny.obj"))))
-    noisy = Surface(add_noise(truth, 0.2, seed=1), truth.faces)
-    ours, surface = timed(
-        lambda: mss.smooth(noisy.vertices, noisy.faces, modes=given.modes, method="chebyshev").vertices, given.runs
-    )
-    book, reference = timed(lambda: book_way(noisy, given.modes), given.runs)
-    edge = mean_edge_length(truth)
-    apart = np.sqrt(((surface - reference) ** 2).sum(axis=1).mean()) / edge
-    moved = np.sqrt(((reference - noisy.vertices) ** 2).sum(axis=1).mean()) / edge
-    print(f"bunny, {len(truth.vertices)} vertices, modes={given.modes}, median of {given.runs}")
-    print(f"  book way   {book:8.2f} s   eigsh(k={given.modes}, sigma), sparse LU of the normal equations")
-    print(f"  ours       {ours:8.2f} s   smooth(..., modes={given.modes}, method='chebyshev'), operators included")
-    print(f"  book way / ours = {book / ours:.1f}")
-    print(f"  the surfaces differ by {apart:.5f} mean edges RMS, where the smoothing moves vertices by {moved:.3f}")
+    if given.measure:
+        print(json.dumps(MEASURES[given.measure](given.vertices, given.runs)))
+        return
+    run = Run(given.runs, given.small, given.only)
+    lines = [
+        f"{what:100} {figure:>8}  {wanted:14} {'' if reached else 'MISSED'}"
+        for what, figure, wanted, reached in rows(run)
+    ]
+    text = f"medians of {given.runs}, {blocks.threads()} processors\n\n" + "\n".join(line.rstrip() for line in lines)
+    print(text)
+    out = Path(given.out)
+    out.mkdir(parents=True, exist_ok=True)
+    (out / "speed.txt").write_text(text + "\n", encoding="utf-8")
+    if given.only is None:
+        plot(run, out / "speed.png")
+        print(f"\nplot: {out / 'speed.png'}")
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -112,8 +112,8 @@ def of_mesh(F: Integers, n: int) -> MeshGraph:
         start, end = start[~loop], end[~loop]
     # Counting sort, by way of scipy's conversion to rows. Duplicates are added up, so the data count faces.
     there = coo_array((np.ones(len(start), dtype=np.int32), (start, end)), shape=(n, n)).tocsr()
-    both = (there + there.T.tocsr()).tocsr()
-    both.sort_indices()
+    there.sum_duplicates()  # and sorts, without which the sum would take five times as long
+    both = there + there.T.tocsr()
     indptr, indices = both.indptr.astype(np.int32, copy=False), both.indices.astype(np.int32, copy=False)
     degree = np.diff(indptr).astype(np.float64)[:, None]
     return MeshGraph(Graph(indptr, indices, None, degree), both.data, corner_count.astype(np.int32))
