@@ -1,29 +1,104 @@
 """How many modes lie below an eigenvalue, without computing any.
 
 Chebyshev moments of random vectors give the density of modes (the kernel polynomial method: Weisse, Wellein, Alvermann,
-Fehske, *Rev. Mod. Phys.* 78, 2006). The count at low eigenvalues is then a short series in the eigenvalue (Weyl's law:
-area, boundary), fitted where the moments are well determined.
+Fehske, *Rev. Mod. Phys.* 78, 2006). A few vectors are enough, as much is known beforehand: the traces of S and S^2, and
+what the spectrum of a triangle mesh looks like. At low eigenvalues it is nearly that of the regular triangle lattice
+with as many vertices, and a boundary adds its share (Weyl's law: area, boundary). The moments say by how much this mesh
+departs from that, and how surely: a regression with Gaussian priors (Rasmussen, Williams, *Gaussian Processes for
+Machine Learning*, 2006, sections 2.2, 2.7 and 5.4.1).
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
-from scipy.sparse import csr_array, eye_array
+from scipy.linalg import cho_factor, cho_solve
+from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
-from meshlab_specsmooth.spectral.cutoff import WEYL, Cutoff
+from meshlab_specsmooth.spectral.chebyshev import doubled_and_shifted
+from meshlab_specsmooth.spectral.cutoff import Cutoff
 from meshlab_specsmooth.surface import Floats
 
 SEED = 2010  # any number: fixed, so that two runs agree to the bit
 
-# The range that the counting function is fitted on reaches at least to here, however few modes are asked for
-_LEAST_RANGE = 0.2
+# Columns that a sweep works on at once: as many as a vertex has coordinates, so that one kernel serves both
+BLOCK = 3
+# Random vectors of band_energies
+PROBES = 9
+_LEAST_BAND_DEGREE = 128
+
+# Products with S; they give twice as many moments, a resolution of pi / 64 in arccos(1 - lambda)
+_DEGREE = 32
+# The variance of a count falls as vertices times vectors; with so many its error is below the scatter of eigenvalues
+_WANTED_SAMPLES = 150_000
+_MOST_PROBES = 24
+
+# The prior: standard deviations of the lattice's share, and of how it grows with lambda and lambda^2, relative to n
+_LATTICE_PRIOR = (0.3, 0.05, 0.05)
+# and of the boundary, relative to its length and to the square root of n
+_BOUNDARY_PRIOR = (0.2, 0.1)
+# Modes of a band that no smooth law foresees, as variances to choose among: few on a broad surface, many on a tube,
+# whose waves come in rungs, or on many equal components
+_SCATTER = np.concatenate([[0.5], np.geomspace(2, 2e4, 14)])
+
+# Eigenvalues scatter about any smooth law, however well it is known: the variance of their number below a value was
+# measured as 1 to 2 at 20 to 200 modes; it grows at most as the root of the number, on symmetric surfaces
+_LEAST_SCATTER, _SCATTER_GROWTH = 1.0, 0.1
+
+# Where the law is fitted, and where the count goes over from the law to the moments alone
+_BANDS = 32
+_FITTED_TO = 1.0
+_LAW_TO = 0.7
+_GRID = 256  # points that the counting function is tabulated on, below and above that place together
+_NODES = 256  # of the quadrature over angles; exact for products of three polynomials of the degree of the moments
+
+
+@dataclass(frozen=True, eq=False)
+class Density:
+    """How many modes lie below each eigenvalue: measured once, asked for any number of modes.
+
+    Attributes
+    ----------
+    n : int
+        Modes in all.
+    zeros : int
+        Modes of eigenvalue 0: connected components.
+    probes : int
+        Random vectors that it was measured with.
+    moments : (2 d + 1,) float64
+        Estimates of the trace of T_k(S - I) after d products.
+    eigenvalues : (g,) float64, rising in (0, 2]
+    below : (g,) float64, never falling
+        Modes below each.
+    error : (g,) float64
+        Standard error of each: of the random vectors, of the law and of the scatter of eigenvalues about it.
+    """
+
+    n: int
+    zeros: int
+    probes: int
+    moments: Floats
+    eigenvalues: Floats
+    below: Floats
+    error: Floats
+
+    def cutoff(self, modes: int) -> Cutoff:
+        """The cut-off below which ``modes`` modes lie, 1 to n.
+
+        Each connected component has one mode of eigenvalue 0, and these stay together: no fewer are kept.
+        """
+        if modes >= self.n:
+            return Cutoff(2.0, self.n, 0.0)
+        # of the modes that are not zero at least half a one: the cut-off lies above the null space
+        eigenvalue = float(np.interp(max(modes, self.zeros + 0.5), self.below, self.eigenvalues))
+        kept = max(modes, self.zeros)
+        return Cutoff(eigenvalue, kept, float(np.interp(eigenvalue, self.eigenvalues, self.error)) / kept)
 
 
 def cutoff_of_modes(S: csr_array, modes: int) -> Cutoff:
-    """The cut-off below which ``modes`` modes lie, from the density of modes.
-
-    Each connected component has one mode of eigenvalue 0, and these stay together: no fewer are kept.
+    """The cut-off below which ``modes`` modes lie; to ask for several, :func:`measure` once.
 
     Parameters
     ----------
@@ -33,40 +108,144 @@ def cutoff_of_modes(S: csr_array, modes: int) -> Cutoff:
         1 to n.
     """
     n = S.shape[0]
-    if modes >= n:
-        return Cutoff(2.0, n, 0.0)
+    return Cutoff(2.0, n, 0.0) if modes >= n else measure(S).cutoff(modes)
+
+
+def probes_for(n: int) -> int:
+    """Random vectors for a mesh with n vertices, in whole blocks."""
+    return int(np.clip(BLOCK * np.ceil(_WANTED_SAMPLES / n / BLOCK), BLOCK, _MOST_PROBES))
+
+
+def measure(S: csr_array) -> Density:
+    """The density of modes of S.
+
+    Parameters
+    ----------
+    S : (n, n) csr_array
+        Symmetric, spectrum inside [0, 2]: the Laplacian of a triangle mesh, all of whose edges are stored. (Of another
+        graph too, with a larger error.)
+    """
+    n = S.shape[0]
+    probes = probes_for(n)
     zeros = int(connected_components(S, directed=False)[0])
-    guess = WEYL * modes / n
-    # The number of modes below the top of the fitted range decides how well it is known: its standard deviation is
-    # sqrt(2 count / probes).
-    top = min(1.9, max(_LEAST_RANGE, 2 * guess))
-    probes = int(np.clip(2 / (_WANTED_ERROR**2 * n * top / WEYL), 4, 24))
-    moments = _moments(S, random_signs(n, probes), _DEGREE) / (n * probes)
-    if guess > _LEAST_RANGE:  # well inside the spectrum the integrated density itself is accurate
-        grid = np.linspace(0, 2, 4001)
-        below = n * _integrated_density(moments, grid)
-        misfit = 0.0
-    else:
-        # N(x) = zeros + a x + b sqrt(x) + c x^2: components, area, boundary, dispersion. Its variance grows with N.
-        x = np.linspace(top / 12, top, 24)
-        weight = 1 / np.sqrt(x)
-        terms = np.stack([x, np.sqrt(x), x * x], axis=1)
-        counts = n * _integrated_density(moments, x) - zeros
-        solution = np.linalg.lstsq(terms * weight[:, None], counts * weight, rcond=None)[0]
-        misfit = float(np.sqrt(np.mean((terms @ solution - counts) ** 2)))
-        grid = np.geomspace(guess / 100, 2 * top, 4000)
-        below = zeros + np.stack([grid, np.sqrt(grid), grid * grid], axis=1) @ solution
-    # of the modes that are not zero at least half a one: the cut-off lies above the null space
-    eigenvalue = float(np.interp(max(modes, zeros + 0.5), np.maximum.accumulate(below), grid))
-    kept = max(modes, zeros)
-    # of the random vectors; of the smooth law, about which eigenvalues scatter; of its fit
-    variance = 2 * kept**2 / (probes * max(modes, n * top / WEYL / 2)) + kept / 2 + misfit**2
-    return Cutoff(min(max(eigenvalue, guess / 100), 2.0), kept, float(np.sqrt(variance)) / kept)
+    trace = float(S.diagonal().sum())
+    square = float(np.vdot(S.data, S.data)) - 2 * trace + n  # the trace of (S - I)^2
+    # Euler: a surface of triangles has 3 n - 3 chi edges, less as many as its boundary has; chi is at most 2 for each
+    # component, so this is the length of the boundary in edges, but for a few
+    edges = (S.nnz - np.count_nonzero(S.diagonal())) // 2
+    boundary = max(0, 3 * n - 6 * zeros - edges)
+    moments = _moments(S, random_signs(n, probes), _DEGREE) / probes
+    known = np.array([n, trace - n, 2 * square - n])
+    return _counting(moments, known, n=n, zeros=zeros, probes=probes, boundary=boundary)
+
+
+def _counting(moments: Floats, known: Floats, *, n: int, zeros: int, probes: int, boundary: int) -> Density:
+    """From moments to counts.
+
+    Linear algebra on three kinds of vectors: functions of the eigenvalue at the nodes of a quadrature, functionals of
+    the density as coefficients on the moments, and shares of modes in the bands that the law is fitted on.
+    """
+    count = len(moments)
+    k = np.arange(count)
+    angle = (np.arange(_NODES) + 0.5) * np.pi / _NODES  # lambda = 1 - cos(angle)
+    T = np.cos(np.outer(k, np.pi - angle))
+    # the modes at each node, never negative with Jackson's kernel: they weigh the noise, not the result
+    weight = np.maximum((_jackson(count) * np.where(k == 0, 1, 2) * moments) @ T, 0.0)
+    weight *= n / weight.sum()
+
+    # A functional of the density has the variance 2 / probes of its square (random signs: Avron, Toledo 2011), less
+    # what the first three moments, whose errors are known, explain of it
+    first = T[: len(known)]
+    regression = np.linalg.solve((first * weight) @ first.T, first * weight)
+    wrong = moments[: len(known)] - known
+
+    def measured(functional: Floats) -> tuple[Floats, Floats]:
+        """(f,) values without the zeros, and (f, nodes) factors of their errors, of (f, count) coefficients."""
+        values = functional @ T
+        explained = values @ regression.T
+        spread = (values - explained @ first) * np.sqrt(2 / probes * weight)
+        # each of the zeros contributes T_k(-1)
+        return functional @ (moments - zeros * np.where(k % 2, -1.0, 1.0)) - explained @ wrong, spread
+
+    # the law, y = A (prior + departure) + scatter + noise, in bands of equal angles
+    ends = np.linspace(0, np.arccos(1 - _FITTED_TO), _BANDS + 1)
+    bands = np.diff(_steps(1 - np.cos(ends), count), axis=0)
+    y, spread = measured(bands)
+    cells = 1 - np.cos(np.linspace(0, np.pi, _NODES + 1))
+    # both seen through the same damped polynomials as the density itself
+    A = bands @ T @ np.diff(_law(cells), axis=0)
+    F = bands @ T @ np.diff(_filled(cells, ends), axis=0)
+    # a vertex on the boundary has half the area of one inside
+    expected = np.array([n - boundary / 2, 0.0, 0.0, boundary / (2 * np.pi)])
+    along, across = _BOUNDARY_PRIOR
+    prior = np.array([*(n * s for s in _LATTICE_PRIOR), (along * boundary + across * np.sqrt(n)) / np.pi]) ** 2
+    sure = spread @ spread.T + (A * prior) @ A.T + 1e-9 * n * np.eye(_BANDS)
+    residual = y - A @ expected
+    scatter = max(_SCATTER, key=lambda v: _likelihood(sure + v * F @ F.T, residual))
+    factor = cho_factor(sure + scatter * F @ F.T)
+
+    low = np.geomspace(1e-3 / n, _LAW_TO, _GRID)
+    law, filled = _law(low), _filled(low, ends)
+    cross = (law * prior) @ A.T + scatter * filled @ F.T
+    below = zeros + law @ expected + cross @ cho_solve(factor, residual)
+    variance = law**2 @ prior + scatter * (filled**2).sum(axis=1) - (cross * cho_solve(factor, cross.T).T).sum(axis=1)
+
+    # well inside the spectrum the moments count by themselves; the law says what their finite resolution blurs
+    high = np.linspace(_LAW_TO, 2, _GRID + 1)[1:]
+    steps = _steps(high, count)
+    value, spread = measured(steps)
+    blur = (n - zeros) * (_lattice(high) - steps @ T @ np.diff(_lattice(cells)))
+    below = np.clip(np.maximum.accumulate(np.concatenate([below, zeros + value + blur])), zeros, n)
+    variance = np.concatenate([np.maximum(variance, 0.0), (spread**2).sum(axis=1) + (blur / 2) ** 2 + scatter / 2])
+    return Density(
+        n,
+        zeros,
+        probes,
+        moments,
+        np.concatenate([low, high]),
+        below,
+        np.sqrt(variance + _LEAST_SCATTER + _SCATTER_GROWTH * np.sqrt(below)),
+    )
+
+
+def _likelihood(covariance: Floats, residual: Floats) -> float:
+    """Logarithm of the normal density, but for a constant."""
+    factor = cho_factor(covariance)
+    return float(-0.5 * residual @ cho_solve(factor, residual) - np.log(np.diag(factor[0])).sum())
+
+
+def _law(eigenvalues: Floats) -> Floats:
+    """(x, 4): the lattice's modes below each eigenvalue, with two slow departures from it, and a boundary's."""
+    share = _lattice(eigenvalues)
+    return np.stack([share, share * eigenvalues, share * eigenvalues**2, np.sqrt(np.minimum(eigenvalues, 1.0))], axis=1)
+
+
+def _lattice(eigenvalues: Floats) -> Floats:
+    """Share of the modes of the endless regular triangle lattice that lie below each eigenvalue, in [0, 2].
+
+    The wave (a, b) has lambda = 1 - (cos a + 2 cos(a/2) cos(b + a/2)) / 3, so for each a so the share over b is an arc.
+    Good to 1e-4 of the share.
+    """
+    # beyond this a no wave is as low; its sine as the variable takes the square root out of the integrand's end
+    furthest = 2 * np.arccos(np.clip((np.sqrt(np.maximum(9 - 6 * eigenvalues, 0)) - 1) / 2, 0, 1))
+    u = (np.arange(32) + 0.5) * np.pi / 64
+    a = furthest[:, None] * np.sin(u)
+    cosine = (3 * (1 - eigenvalues[:, None]) - np.cos(a)) / (2 * np.cos(a / 2))
+    arc = np.arccos(np.clip(cosine, -1, 1)) / np.pi
+    return np.asarray(furthest / 64 * (arc @ np.cos(u)))
+
+
+def _filled(eigenvalues: Floats, ends: Floats) -> Floats:
+    """(x, b): the part of each band of angles that lies below each eigenvalue."""
+    angle = np.arccos(1 - eigenvalues)
+    return np.clip((angle[:, None] - ends[:-1]) / np.diff(ends), 0, 1)
 
 
 def random_signs(n: int, count: int) -> Floats:
     """(n, count) seeded vectors of +1 and -1: their mean energy in a band is the number of modes in it."""
-    return np.random.default_rng(SEED).choice([-1.0, 1.0], size=(n, count))
+    drawn = np.random.default_rng(SEED).bytes(-(-n * count // 8))
+    bits = np.unpackbits(np.frombuffer(drawn, np.uint8), count=n * count).reshape(n, count)
+    return np.asarray(2.0 * bits - 1.0, dtype=np.float64)
 
 
 def band_energies(S: csr_array, X: Floats, angles: Floats) -> Floats:
@@ -84,19 +263,17 @@ def band_energies(S: csr_array, X: Floats, angles: Floats) -> Floats:
     (b,) float64
     """
     moments = _moments(S, X, max(2 * len(angles), _LEAST_BAND_DEGREE))
-    below = _integrated_density(moments / moments[0], 1 - np.cos(angles)) if moments[0] > 0 else np.zeros(len(angles))
-    return np.asarray(moments[0] * np.diff(below))
-
-
-PROBES = 8
-_LEAST_BAND_DEGREE = 128
-_WANTED_ERROR = 0.02
-_DEGREE = 48  # products with S; gives twice as many moments, a resolution of pi / 96 in arccos(1 - lambda)
+    return np.asarray(np.diff(_steps(1 - np.cos(angles), len(moments)) @ moments))
 
 
 def _moments(S: csr_array, X: Floats, degree: int) -> Floats:
     """(2 degree + 1,) moments: the sum over the columns x of X of x^T T_k(S - I) x."""
     twice = doubled_and_shifted(S)
+    blocks = (np.ascontiguousarray(X[:, i : i + BLOCK]) for i in range(0, X.shape[1], BLOCK))
+    return np.asarray(sum((_block_moments(twice, block, degree) for block in blocks), np.zeros(2 * degree + 1)))
+
+
+def _block_moments(twice: csr_array, X: Floats, degree: int) -> Floats:
     before, now = X, 0.5 * (twice @ X)
     moments = np.empty(2 * degree + 1)
     first = np.vdot(X, now)
@@ -105,23 +282,29 @@ def _moments(S: csr_array, X: Floats, degree: int) -> Floats:
         # 2 T_k T_k = T_2k + T_0 and 2 T_k T_k-1 = T_2k-1 + T_1: two moments a product
         moments[2 * k - 1] = 2 * np.vdot(now, before) - first
         moments[2 * k] = 2 * np.vdot(now, now) - moments[0]
-        following = twice @ now
-        following -= before
-        before, now = now, following
+        if k < degree:
+            before, now = now, _swept(twice, before, now)
     return moments
 
 
-def _integrated_density(moments: Floats, eigenvalues: Floats) -> Floats:
-    """Share of the modes below each eigenvalue, from the moments damped by Jackson's kernel."""
-    count = len(moments)
+def _swept(twice: csr_array, before: Floats, now: Floats) -> Floats:
+    """T_k+1 X = 2 (S - I) T_k X - T_k-1 X, the one product of the recurrence, for a block of columns."""
+    following = twice @ now
+    following -= before
+    return np.asarray(following)
+
+
+def _jackson(count: int) -> Floats:
+    """(count,) factors that keep a truncated Chebyshev series of a density from going negative."""
     k = np.arange(count)
     q = np.pi / (count + 1)
-    jackson = ((count - k + 1) * np.cos(q * k) + np.sin(q * k) / np.tan(q)) / (count + 1)
+    return np.asarray(((count - k + 1) * np.cos(q * k) + np.sin(q * k) / np.tan(q)) / (count + 1))
+
+
+def _steps(eigenvalues: Floats, count: int) -> Floats:
+    """(x, count): the modes below each eigenvalue as coefficients on the moments, damped by Jackson's kernel."""
+    k = np.arange(1, count)
     # lambda = 1 + cos(t); modes below it have angles from t to pi, where T_k integrates to -sin(k t) / k
     t = np.arccos(np.clip(eigenvalues - 1, -1, 1))
-    coefficients = 2 * jackson[1:] * moments[1:] / k[1:]
-    return np.asarray((np.pi - t - np.sin(np.outer(t, k[1:])) @ coefficients) / np.pi)
-
-
-def doubled_and_shifted(S: csr_array) -> csr_array:
-    return (2 * (S - eye_array(S.shape[0], format="csr"))).tocsr()
+    series = -2 * _jackson(count)[1:] / k * np.sin(np.outer(t, k))
+    return np.concatenate([(np.pi - t)[:, None], series], axis=1) / np.pi
