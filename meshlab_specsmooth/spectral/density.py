@@ -13,7 +13,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
+import scipy.linalg
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
@@ -51,7 +51,7 @@ _LEAST_SCATTER, _SCATTER_GROWTH = 1.0, 0.1
 _BANDS = 32
 _FITTED_TO = 1.0
 _LAW_TO = 0.7
-_GRID = 256  # points that the counting function is tabulated on, below and above that place together
+_GRID = 128  # points that the counting function is tabulated on from there on, and half of those below
 _NODES = 256  # of the quadrature over angles; exact for products of three polynomials of the degree of the moments
 
 
@@ -128,90 +128,129 @@ def measure(S: csr_array) -> Density:
     n = S.shape[0]
     probes = probes_for(n)
     zeros = int(connected_components(S, directed=False)[0])
-    trace = float(S.diagonal().sum())
+    diagonal = S.diagonal()
+    trace = float(diagonal.sum())
     square = float(np.vdot(S.data, S.data)) - 2 * trace + n  # the trace of (S - I)^2
     # Euler: a surface of triangles has 3 n - 3 chi edges, less as many as its boundary has; chi is at most 2 for each
     # component, so this is the length of the boundary in edges, but for a few
-    edges = (S.nnz - np.count_nonzero(S.diagonal())) // 2
-    boundary = max(0, 3 * n - 6 * zeros - edges)
+    boundary = max(0, 3 * n - 6 * zeros - (S.nnz - int(np.count_nonzero(diagonal))) // 2)
     moments = _moments(S, random_signs(n, probes), _DEGREE) / probes
-    known = np.array([n, trace - n, 2 * square - n])
-    return _counting(moments, known, n=n, zeros=zeros, probes=probes, boundary=boundary)
+    sample = _sampled(moments, np.array([n, trace - n, 2 * square - n]), probes, zeros)
+
+    low, high = np.geomspace(1e-3 / n, _LAW_TO, 2 * _GRID), np.linspace(_LAW_TO, 2, _GRID + 1)[1:]
+    below_low, variance_low, scatter = _count_by_law(sample, low, boundary)
+    below_high, variance_high = _count_by_moments(sample, high)
+    below = np.clip(np.maximum.accumulate(np.concatenate([below_low, below_high])), zeros, n)
+    # eigenvalues that crowd at the bottom of the spectrum crowd in the middle as well
+    variance = np.concatenate([variance_low, variance_high + scatter / 2])
+    error = np.sqrt(variance + _LEAST_SCATTER + _SCATTER_GROWTH * np.sqrt(below))
+    return Density(n, zeros, probes, moments, np.concatenate([low, high]), below, error)
 
 
-def _counting(moments: Floats, known: Floats, *, n: int, zeros: int, probes: int, boundary: int) -> Density:
-    """From moments to counts.
+@dataclass(frozen=True, eq=False)
+class _Sample:
+    """What was measured and what is known, at the nodes of a quadrature over angles, lambda = 1 - cos(angle).
 
-    Linear algebra on three kinds of vectors: functions of the eigenvalue at the nodes of a quadrature, functionals of
-    the density as coefficients on the moments, and shares of modes in the bands that the law is fitted on.
+    A functional of the density is a row of coefficients on the moments; its value at an eigenvalue is that of a
+    polynomial, the row times ``polynomials``.
+
+    Attributes
+    ----------
+    moments : (c,) float64
+    wrong : (3,) float64
+        Errors of the first moments, whose true values are known.
+    polynomials : (c, nodes) float64
+    weight : (nodes,) float64
+        Modes at each node, roughly, never negative: they weigh the noise, not the result.
+    regression : (3, nodes) float64
+        Times a polynomial, its best approximation by the first three.
+    cells : (nodes + 1,) float64
+        Eigenvalues between the nodes.
     """
-    count = len(moments)
-    k = np.arange(count)
-    angle = (np.arange(_NODES) + 0.5) * np.pi / _NODES  # lambda = 1 - cos(angle)
-    T = np.cos(np.outer(k, np.pi - angle))
-    # the modes at each node, never negative with Jackson's kernel: they weigh the noise, not the result
-    weight = np.maximum((_jackson(count) * np.where(k == 0, 1, 2) * moments) @ T, 0.0)
-    weight *= n / weight.sum()
 
-    # A functional of the density has the variance 2 / probes of its square (random signs: Avron, Toledo 2011), less
-    # what the first three moments, whose errors are known, explain of it
+    n: float
+    zeros: int
+    probes: int
+    moments: Floats
+    wrong: Floats
+    polynomials: Floats
+    weight: Floats
+    regression: Floats
+    cells: Floats
+
+    def of(self, functionals: Floats) -> tuple[Floats, Floats]:
+        """(f,) values of (f, c) functionals for the modes that are not zero; (f, nodes) factors of their covariance.
+
+        With random signs a functional varies by 2 / probes of the trace of its square (Avron, Toledo, *J. ACM* 58,
+        2011), less what the known moments explain: they are control variates.
+        """
+        values = functionals @ self.polynomials
+        explained = values @ self.regression.T
+        known = len(self.wrong)
+        spread = (values - explained @ self.polynomials[:known]) * np.sqrt(2 / self.probes * self.weight)
+        # each of the zeros contributes T_k(-1)
+        others = self.moments - self.zeros * np.where(np.arange(len(self.moments)) % 2, -1.0, 1.0)
+        return functionals @ others - explained @ self.wrong, spread
+
+    def damped(self, functionals: Floats, counts: Floats) -> Floats:
+        """The functionals of densities that are given by their (nodes + 1, d) counts at the cells' ends."""
+        return np.asarray(functionals @ (self.polynomials @ np.diff(counts, axis=0)))
+
+
+def _sampled(moments: Floats, known: Floats, probes: int, zeros: int) -> _Sample:
+    k, n = np.arange(len(moments)), float(known[0])
+    angle = (np.arange(_NODES) + 0.5) * np.pi / _NODES
+    T = np.cos(np.outer(k, np.pi - angle))
+    weight = np.maximum((_jackson(len(k)) * np.where(k == 0, 1, 2) * moments) @ T, 0.0)
+    weight *= n / weight.sum()
     first = T[: len(known)]
     regression = np.linalg.solve((first * weight) @ first.T, first * weight)
-    wrong = moments[: len(known)] - known
-
-    def measured(functional: Floats) -> tuple[Floats, Floats]:
-        """(f,) values without the zeros, and (f, nodes) factors of their errors, of (f, count) coefficients."""
-        values = functional @ T
-        explained = values @ regression.T
-        spread = (values - explained @ first) * np.sqrt(2 / probes * weight)
-        # each of the zeros contributes T_k(-1)
-        return functional @ (moments - zeros * np.where(k % 2, -1.0, 1.0)) - explained @ wrong, spread
-
-    # the law, y = A (prior + departure) + scatter + noise, in bands of equal angles
-    ends = np.linspace(0, np.arccos(1 - _FITTED_TO), _BANDS + 1)
-    bands = np.diff(_steps(1 - np.cos(ends), count), axis=0)
-    y, spread = measured(bands)
     cells = 1 - np.cos(np.linspace(0, np.pi, _NODES + 1))
-    # both seen through the same damped polynomials as the density itself
-    A = bands @ T @ np.diff(_law(cells), axis=0)
-    F = bands @ T @ np.diff(_filled(cells, ends), axis=0)
-    # a vertex on the boundary has half the area of one inside
+    return _Sample(n, zeros, probes, moments, moments[: len(known)] - known, T, weight, regression, cells)
+
+
+def _count_by_law(sample: _Sample, eigenvalues: Floats, boundary: int) -> tuple[Floats, Floats, float]:
+    """(x,) modes below each eigenvalue, (x,) their variances, and the variance of the modes of a band about the law.
+
+    The law is the lattice's and the boundary's share with what this mesh departs from them, and the scatter of each
+    band: y = A (expected + departures) + F scatter + noise, all with normal priors, all seen through the same damped
+    polynomials.
+    """
+    n = sample.n
+    ends = np.linspace(0, np.arccos(1 - _FITTED_TO), _BANDS + 1)
+    bands = np.diff(_steps(1 - np.cos(ends), len(sample.moments)), axis=0)
+    y, spread = sample.of(bands)
+    A = sample.damped(bands, _law(sample.cells))
+    F = sample.damped(bands, _filled(sample.cells, ends))
+    # a vertex on the boundary has half the area of one inside; Weyl's second term is the length over 4 pi, times the
+    # wave number, which is the root of 4 lambda per edge
     expected = np.array([n - boundary / 2, 0.0, 0.0, boundary / (2 * np.pi)])
     along, across = _BOUNDARY_PRIOR
     prior = np.array([*(n * s for s in _LATTICE_PRIOR), (along * boundary + across * np.sqrt(n)) / np.pi]) ** 2
-    sure = spread @ spread.T + (A * prior) @ A.T + 1e-9 * n * np.eye(_BANDS)
-    residual = y - A @ expected
-    scatter = max(_SCATTER, key=lambda v: _likelihood(sure + v * F @ F.T, residual))
-    factor = cho_factor(sure + scatter * F @ F.T)
+    # the rounding of the moments, so that the matrix is definite whatever was measured
+    covariance = spread @ spread.T + (A * prior) @ A.T + 1e-9 * n * np.eye(_BANDS)
 
-    low = np.geomspace(1e-3 / n, _LAW_TO, _GRID)
-    law, filled = _law(low), _filled(low, ends)
-    cross = (law * prior) @ A.T + scatter * filled @ F.T
-    below = zeros + law @ expected + cross @ cho_solve(factor, residual)
-    variance = law**2 @ prior + scatter * (filled**2).sum(axis=1) - (cross * cho_solve(factor, cross.T).T).sum(axis=1)
+    # in the basis U, covariance + v F F^T is the diagonal 1 + v gain: every v is tried at no price
+    gain, U = scipy.linalg.eigh(F @ F.T, covariance)
+    residual = U.T @ (y - A @ expected)
+    total = 1 + np.outer(_SCATTER, np.maximum(gain, 0.0))
+    best = np.argmin((residual**2 / total + np.log(total)).sum(axis=1))  # minus twice the logarithm of the likelihood
+    scatter, total = float(_SCATTER[best]), total[best]
 
-    # well inside the spectrum the moments count by themselves; the law says what their finite resolution blurs
-    high = np.linspace(_LAW_TO, 2, _GRID + 1)[1:]
-    steps = _steps(high, count)
-    value, spread = measured(steps)
-    blur = (n - zeros) * (_lattice(high) - steps @ T @ np.diff(_lattice(cells)))
-    below = np.clip(np.maximum.accumulate(np.concatenate([below, zeros + value + blur])), zeros, n)
-    variance = np.concatenate([np.maximum(variance, 0.0), (spread**2).sum(axis=1) + (blur / 2) ** 2 + scatter / 2])
-    return Density(
-        n,
-        zeros,
-        probes,
-        moments,
-        np.concatenate([low, high]),
-        below,
-        np.sqrt(variance + _LEAST_SCATTER + _SCATTER_GROWTH * np.sqrt(below)),
-    )
+    law, filled = _law(eigenvalues), _filled(eigenvalues, ends)
+    shared = ((law * prior) @ A.T + scatter * filled @ F.T) @ U  # covariance of the counts with what was measured
+    below = sample.zeros + law @ expected + shared @ (residual / total)
+    variance = law**2 @ prior + scatter * (filled**2).sum(axis=1) - shared**2 @ (1 / total)
+    return below, np.maximum(variance, 0.0), scatter
 
 
-def _likelihood(covariance: Floats, residual: Floats) -> float:
-    """Logarithm of the normal density, but for a constant."""
-    factor = cho_factor(covariance)
-    return float(-0.5 * residual @ cho_solve(factor, residual) - np.log(np.diag(factor[0])).sum())
+def _count_by_moments(sample: _Sample, eigenvalues: Floats) -> tuple[Floats, Floats]:
+    """(x,) modes below each eigenvalue and (x,) their variances, well inside the spectrum."""
+    steps = _steps(eigenvalues, len(sample.moments))
+    count, spread = sample.of(steps)
+    # what the finite resolution blurs of the lattice's density; it is half as sure as it is large
+    blur = (sample.n - sample.zeros) * (_lattice(eigenvalues) - sample.damped(steps, _lattice(sample.cells)))
+    return sample.zeros + count + blur, (spread**2).sum(axis=1) + (blur / 2) ** 2
 
 
 def _law(eigenvalues: Floats) -> Floats:
