@@ -9,7 +9,7 @@ from meshlab_specsmooth.graph.laplacian import laplacian
 from meshlab_specsmooth.reconstruction import passed_on
 from meshlab_specsmooth.response import RESPONSES, band, heat, ideal, response
 from meshlab_specsmooth.spectral import chebyshev, density, eigenbasis
-from meshlab_specsmooth.spectral.cutoff import Cutoff, from_wavelength, wavelength_in_edges
+from meshlab_specsmooth.spectral.cutoff import WEYL, Cutoff, from_wavelength, wavelength_in_edges
 from meshlab_specsmooth.spectral.design import design
 from tests.meshes import TETRAHEDRON, rough, sheet, together, torus, torus_eigenvalue, torus_graph
 
@@ -142,28 +142,27 @@ def test_the_cutoff_of_a_basis_lies_between_the_eigenvalues_kept_and_dropped():
     assert two.kept(3) == 8  # and all others are 4/3
 
 
+def irregular_torus(nx, ny):
+    """Every second diagonal turned at random: valences 3 to 9."""
+    F, turned = torus_graph(nx, ny), np.random.default_rng(5).random(nx * ny) < 0.5
+    (a, b, c), d = F[: nx * ny].T, F[nx * ny :, 2]
+    other = np.concatenate([np.stack([a, b, d], axis=1)[turned], np.stack([b, c, d], axis=1)[turned]])
+    return torus(nx, ny)[0], np.concatenate([F[np.tile(~turned, 2)], other])
+
+
 MANY_MODES = {
     "closed": lambda: twin((np.zeros((120 * 90, 3)), torus_graph(120, 90))),
+    "irregular": lambda: twin(irregular_torus(60, 40)),
     "open": lambda: twin(sheet(70, 50)),
     "long and narrow": lambda: twin(sheet(500, 6)),
     "many components": lambda: twin(together(torus(60, 40), *[TETRAHEDRON] * 200)),
     "loose": lambda: twin(together(*[TETRAHEDRON] * 300)),
 }
-
-
-@pytest.mark.parametrize("name", MANY_MODES)
-@pytest.mark.parametrize("share", [0.004, 0.02, 0.1, 0.4, 0.9])
-def test_modes_are_counted_within_the_stated_error_without_eigenvectors(name, share):
-    S = MANY_MODES[name]()
-    known = eigenvalues(name)
-    modes = max(1, int(share * len(known)))
-    cutoff = density.cutoff_of_modes(S, modes)
-    count = np.searchsorted(known, cutoff.eigenvalue)
-    zeros = (known < 1e-9).sum()
-    assert cutoff.modes == max(modes, zeros)
-    if name != "loose":  # where all but the zeros are one eigenvalue there is no cut-off between them
-        assert abs(count - cutoff.modes) < 3.5 * cutoff.error * cutoff.modes + 1
-    assert count >= zeros
+SHARES = [0.004, 0.02, 0.1, 0.4, 0.9]
+# where all but the zeros are one eigenvalue there is no cut-off between them
+APART = [name for name in MANY_MODES if name != "loose"]
+# surfaces as broad as long; on others the waves come in rungs, or are the same on every component
+BROAD = ["closed", "irregular", "open"]
 
 
 @functools.cache
@@ -173,19 +172,121 @@ def eigenvalues(name):
     return np.linalg.eigvalsh(MANY_MODES[name]().toarray())
 
 
+@functools.cache
+def measured(name):
+    return density.measure(MANY_MODES[name]())
+
+
+def miscount(name, share, found=None):
+    """Modes below the cut-off for this share of all, less those asked for; and the cut-off."""
+    known = eigenvalues(name)
+    cutoff = (found or measured(name)).cutoff(max(1, int(share * len(known))))
+    return np.searchsorted(known, cutoff.eigenvalue) - cutoff.modes, cutoff
+
+
+@pytest.mark.parametrize("name", APART)
+@pytest.mark.parametrize("share", SHARES)
+def test_modes_are_counted_within_the_stated_error_without_eigenvectors(name, share):
+    error, cutoff = miscount(name, share)
+    assert abs(error) < 3.5 * cutoff.error * cutoff.modes + 1
+
+
+@pytest.mark.parametrize("name", BROAD)
+@pytest.mark.parametrize("share", SHARES)
+def test_modes_are_counted_within_two_per_cent_and_the_scatter_of_eigenvalues(name, share):
+    error, cutoff = miscount(name, share)
+    # no smooth law comes nearer: on these surfaces eigenvalues scatter by 1 to 2 modes about it, rarely twice that
+    assert abs(error) < 0.02 * cutoff.modes + 4
+
+
+def test_the_stated_error_is_as_large_as_the_errors_are(monkeypatch):
+    ratios = []
+    for seed in range(3):
+        monkeypatch.setattr(density, "SEED", 100 + seed)
+        for name in APART:
+            found = density.measure(MANY_MODES[name]())
+            for share in SHARES:
+                error, cutoff = miscount(name, share, found)
+                ratios.append(error / (cutoff.error * cutoff.modes))
+    assert 0.5 < np.sqrt(np.mean(np.square(ratios))) < 1.5
+
+
+@pytest.mark.parametrize("name", MANY_MODES)
+def test_zeros_stay_together(name):
+    known, found = eigenvalues(name), measured(name)
+    zeros = (known < 1e-9).sum()
+    assert found.zeros == zeros
+    for modes in (1, zeros, zeros + 1):
+        cutoff = found.cutoff(modes)
+        assert cutoff.modes == max(modes, zeros)
+        assert cutoff.eigenvalue > 0
+        assert np.searchsorted(known, cutoff.eigenvalue) >= zeros
+
+
+@pytest.mark.parametrize("name", MANY_MODES)
+def test_more_modes_have_a_higher_cutoff(name):
+    found = measured(name)
+    cutoffs = [found.cutoff(modes).eigenvalue for modes in range(1, found.n + 1, 97)]
+    assert (np.diff(cutoffs) >= 0).all()
+    assert found.cutoff(found.n).eigenvalue == 2
+
+
 def test_all_modes_of_a_large_mesh_are_everything():
     S = MANY_MODES["open"]()
     cutoff = density.cutoff_of_modes(S, S.shape[0])
     assert (cutoff.eigenvalue, cutoff.modes, cutoff.error) == (2, S.shape[0], 0)
 
 
-def test_the_stated_error_is_small_where_modes_are_many():
-    assert density.cutoff_of_modes(MANY_MODES["closed"](), 1000).error < 0.04
+@pytest.mark.parametrize("name", BROAD)
+def test_the_stated_error_is_small_where_modes_are_many(name):
+    assert measured(name).cutoff(1000).error < 0.01
+
+
+def test_a_large_mesh_needs_few_random_vectors():
+    # 134 thousand vertices, one block: the regular torus, whose eigenvalues are known
+    nx, ny = 402, 333
+    known, found = known_spectrum(nx, ny), density.measure(flat_torus(nx, ny))
+    assert found.probes == density.BLOCK
+    for modes in (300, 1000, 10_000, 60_000):
+        cutoff = found.cutoff(modes)
+        assert np.searchsorted(known, cutoff.eigenvalue) == pytest.approx(modes, rel=0.02)
+        assert cutoff.error < 0.01
+
+
+@pytest.mark.parametrize("n", [10, 1001, 5000, 28_000, 37_000, 134_000, 10**6, 10**8])
+def test_random_vectors_come_in_whole_blocks_and_are_fewer_on_larger_meshes(n):
+    assert density.probes_for(n) % density.BLOCK == 0
+    assert density.BLOCK <= density.probes_for(2 * n) <= density.probes_for(n)
+
+
+def test_the_lattice_has_the_modes_of_a_large_regular_torus():
+    known = known_spectrum(400, 401)
+    x = np.array([0.01, 0.1, 0.5, 1.0, 1.3, 1.45])
+    assert density.lattice_share(x) == pytest.approx(np.searchsorted(known, x) / len(known), rel=2e-3, abs=1e-4)
+    # and Weyl's law below any eigenvalue that a mesh could have
+    assert density.lattice_share(np.array([1e-12])) == pytest.approx(1e-12 / WEYL, rel=1e-3)
 
 
 def test_counting_is_seeded():
     S = flat_torus(40, 30)
     assert density.cutoff_of_modes(S, 50) == density.cutoff_of_modes(S, 50)
+
+
+def test_measuring_once_serves_any_number_of_modes():
+    S = flat_torus(40, 30)
+    found = density.measure(S)
+    for modes in (1, 50, 700, 1200):
+        assert found.cutoff(modes) == density.cutoff_of_modes(S, modes)
+
+
+@pytest.mark.parametrize("columns", [1, 3, 7])
+def test_energies_in_bands_do_not_depend_on_blocks(columns):
+    S = flat_torus(12, 9)
+    X = np.random.default_rng(1).standard_normal((108, columns))
+    angles = np.linspace(0, np.pi, 5)
+    one_by_one = sum(density.band_energies(S, X[:, [i]], angles) for i in range(columns))
+    assert density.band_energies(S, X, angles) == pytest.approx(one_by_one)
+    assert density.band_energies(S, X, angles).sum() == pytest.approx((X**2).sum())
 
 
 def test_wavelength_and_eigenvalue_agree_with_a_long_wave_on_the_regular_torus():

@@ -142,7 +142,7 @@ def measure(S: csr_array) -> Density:
     below_high, variance_high = _count_by_moments(sample, high)
     below = np.clip(np.maximum.accumulate(np.concatenate([below_low, below_high])), zeros, n)
     # eigenvalues that crowd at the bottom of the spectrum crowd in the middle as well
-    variance = np.concatenate([variance_low, variance_high + scatter / 2])
+    variance = np.concatenate([variance_low, variance_high + scatter])
     error = np.sqrt(variance + _LEAST_SCATTER + _SCATTER_GROWTH * np.sqrt(below))
     return Density(n, zeros, probes, moments, np.concatenate([low, high]), below, error)
 
@@ -249,17 +249,17 @@ def _count_by_moments(sample: _Sample, eigenvalues: Floats) -> tuple[Floats, Flo
     steps = _steps(eigenvalues, len(sample.moments))
     count, spread = sample.of(steps)
     # what the finite resolution blurs of the lattice's density; it is half as sure as it is large
-    blur = (sample.n - sample.zeros) * (_lattice(eigenvalues) - sample.damped(steps, _lattice(sample.cells)))
+    blur = (sample.n - sample.zeros) * (lattice_share(eigenvalues) - sample.damped(steps, lattice_share(sample.cells)))
     return sample.zeros + count + blur, (spread**2).sum(axis=1) + (blur / 2) ** 2
 
 
 def _law(eigenvalues: Floats) -> Floats:
     """(x, 4): the lattice's modes below each eigenvalue, with two slow departures from it, and a boundary's."""
-    share = _lattice(eigenvalues)
+    share = lattice_share(eigenvalues)
     return np.stack([share, share * eigenvalues, share * eigenvalues**2, np.sqrt(np.minimum(eigenvalues, 1.0))], axis=1)
 
 
-def _lattice(eigenvalues: Floats) -> Floats:
+def lattice_share(eigenvalues: Floats) -> Floats:
     """Share of the modes of the endless regular triangle lattice that lie below each eigenvalue, in [0, 2].
 
     The wave (a, b) has lambda = 1 - (cos a + 2 cos(a/2) cos(b + a/2)) / 3, so for each a so the share over b is an arc.
