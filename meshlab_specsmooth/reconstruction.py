@@ -145,15 +145,18 @@ def solve(
     free, rows = (constraints.free, constraints.rows) if constraints is not None else (np.ones((n, 1)),) * 2
     A = _NormalMatrix(L, gram, weight, free, rows)
     z, q = np.empty_like(change), np.empty_like(change)
-    b = free * L.transposed(rows * change)
-    if constraints is not None and constraints.prescribed.any():
-        A.times(constraints.prescribed, z, q)
-        b -= q
+    if constraints is None:
+        b = L.transposed(change)
+    else:
+        b = free * L.transposed(rows * change)
+        if constraints.prescribed.any():
+            A.times(constraints.prescribed, z, q)
+            b -= q
     scale = np.sqrt(_dots(b, b))
     # a column that is nothing but rounding has nothing to solve for
     active = scale > np.finfo(float).eps * scale.max(initial=0.0)
-    b[:, ~active] = 0
-    scale[~active] = 1
+    for column in np.flatnonzero(~active):
+        b[:, column], scale[column] = 0, 1
     x = np.zeros_like(b)
     if not active.any():
         return Solution(x if constraints is None else constraints.prescribed, 0, 0.0)

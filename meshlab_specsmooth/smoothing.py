@@ -17,8 +17,9 @@ from meshlab_specsmooth.graph.laplacian import Laplacian
 from meshlab_specsmooth.operators import LAPLACIANS, Gram, gram_of_barycenters, laplacian_of_kind
 from meshlab_specsmooth.reconstruction import Constraints, Solution, passed_on, solve
 from meshlab_specsmooth.region import BOUNDARIES, Rim, blend, rim, weights
-from meshlab_specsmooth.spectral import SpectralFilter
+from meshlab_specsmooth.spectral import SpectralFilter, density, eigenbasis
 from meshlab_specsmooth.spectral.cutoff import wavelength_in_edges
+from meshlab_specsmooth.spectral.density import Density
 from meshlab_specsmooth.spectral.design import Design, PassedOn, design, design_band
 from meshlab_specsmooth.spectral.progress import Progress, part
 from meshlab_specsmooth.surface import Floats, Integers, Surface
@@ -136,6 +137,8 @@ class Prepared:
         The boundary curve; None of a closed surface.
     kind : str
         ``"uniform"`` or ``"cotangent"``.
+    modes : Density or None
+        Where the modes lie, so that a number of modes costs nothing; None where that is not worth knowing beforehand.
     """
 
     surface: Surface
@@ -147,6 +150,13 @@ class Prepared:
     gram: Gram
     rim: Rim | None
     kind: str
+    modes: Density | None = None
+
+    @property
+    def is_in_order(self) -> bool:
+        """Whether all vertices take part, in the order given."""
+        n = len(self.surface.vertices)
+        return len(self.moving) == n and np.array_equal(self.moving, np.arange(n))
 
     def smooth(
         self,
@@ -186,7 +196,9 @@ class Prepared:
         )
 
         def removed(L: Laplacian, filter_: SpectralFilter, delta: Floats, report: Progress | None) -> Floats:
-            return filter_.apply(L, delta, report) - delta
+            change = filter_.apply(L, delta, report)
+            change -= delta
+            return change
 
         return self._run(removed, low_pass, along, region, barycenter_weight, passes, start, progress)
 
@@ -267,26 +279,29 @@ class Prepared:
     ) -> SmoothingResult:
         """The three steps, on the boundary curve first if it is smoothed by itself."""
         passes = _whole("passes", passes)
-        V = self.positions
+        displacement = np.zeros((1, 1))
         solutions = []
         for number in range(passes):
             step_2 = part(progress, number / passes, 0.5 / passes)
             step_3 = part(progress, (number + 0.5) / passes, 0.5 / passes)
-            delta = region.rows * (self.L @ V)
-            change = region.field * change_of(self.L, across.filter, delta, step_2)
-            prescribed = np.zeros_like(V)
-            if along is not None and self.rim is not None:
+            V = self.positions + displacement if number else self.positions
+            delta = self.L @ V
+            delta *= region.rows
+            change = change_of(self.L, across.filter, delta, step_2)
+            change *= region.field
+            prescribed = np.zeros_like(V) if region.is_constrained else None
+            if prescribed is not None and along is not None and self.rim is not None:
                 at, curve = self.rim.vertices, self.rim.L
                 change_along = region.field[at] * change_of(curve, along.filter, curve @ V[at], None)
                 free = region.mask[at] * self._is_long(self.rim, across)
                 held = Constraints(free, np.ones((len(at), 1)), np.zeros_like(change_along))
                 prescribed[at] = solve(curve, self.rim.gram, weight, change_along, None, held).displacement
-            constraints = Constraints(region.free, region.rows, prescribed) if region.is_constrained else None
+            constraints = None if prescribed is None else Constraints(region.free, region.rows, prescribed)
             solutions.append(solve(self.L, self.gram, weight, change, step_3, constraints))
-            V = V + solutions[-1].displacement
+            displacement = displacement + solutions[-1].displacement if number else solutions[-1].displacement
         if progress is not None:
             progress(1.0)
-        return self._result(V - self.positions, across, float(weight), solutions, start)
+        return self._result(displacement, across, float(weight), solutions, start)
 
     def _design(
         self,
@@ -307,7 +322,16 @@ class Prepared:
         else:
             by, size = "wavelength", self._in_edges("wavelength", wavelength, DEFAULT_WAVELENGTH_IN_EDGES)
         seen = None if weight is None else _passed_on(weight)
-        return design(self.L, size, by=by, name=response, method=method, tolerance=tolerance, passed_on=seen)
+        return design(
+            self.L,
+            size,
+            by=by,
+            name=response,
+            method=method,
+            tolerance=tolerance,
+            passed_on=seen,
+            modes=self.modes,
+        )
 
     def _in_edges(self, name: str, length: float | None, default: float) -> float:
         """A wavelength in mean edge lengths."""
@@ -356,12 +380,15 @@ class Prepared:
     def _result(
         self, displacement: Floats, low_pass: Design, weight: float, solutions: list[Solution], start: float
     ) -> SmoothingResult:
-        vertices = self.surface.vertices.copy()
-        # the displacement is added to the positions as given, and only where there is one: the rest stays to the bit
-        moved = displacement.any(axis=1)
-        vertices[self.moving[moved]] += np.ldexp(displacement[moved], self.exponent)
         mean_edge = float(np.ldexp(self.mean_edge, self.exponent))
-        rms = np.sqrt((displacement**2).sum() / len(vertices))
+        rms = np.sqrt(np.vdot(displacement, displacement) / len(self.surface.vertices))
+        # the displacement is added to the positions as given, and only where there is one: the rest stays to the bit
+        vertices = self.surface.vertices.copy()
+        moved = vertices if self.is_in_order else vertices[self.moving]
+        step = _scaled(displacement, self.exponent)
+        np.add(moved, step, out=moved, where=step != 0)
+        if not self.is_in_order:
+            vertices[self.moving] = moved
         return SmoothingResult(
             vertices=vertices,
             cutoff=low_pass.cutoff.eigenvalue,
@@ -415,11 +442,19 @@ def prepare(vertices: npt.ArrayLike, faces: npt.ArrayLike, *, laplacian: str = _
     >>> [prepared.smooth(modes=k).method for k in (1, 4)]
     ['exact', 'exact']
     """
+    prepared = assemble(vertices, faces, laplacian)
+    if prepared.L.size <= eigenbasis.DENSE_VERTICES:  # counted exactly
+        return prepared
+    return replace(prepared, modes=density.measure(prepared.L))
+
+
+def assemble(vertices: npt.ArrayLike, faces: npt.ArrayLike, laplacian: str) -> Prepared:
+    """What every run needs, and nothing that only saves time when there are many: see :func:`prepare`."""
     surface = Surface(vertices, faces)  # type: ignore[arg-type]  # the gate takes anything and says what is wrong
     check_name("laplacian", laplacian, LAPLACIANS)
     V, F = surface.vertices, surface.faces
     # a face whose three corners are one vertex has no edge, and its barycentre no say
-    has_side = (F[:, [1, 2, 0]] != F).any(axis=1)
+    has_side = (F[:, 0] != F[:, 1]) | (F[:, 1] != F[:, 2])
     if not has_side.all():
         F = F[has_side]
     has_edge = np.zeros(len(V), dtype=np.bool_)
@@ -532,7 +567,7 @@ def smooth(
     ('exact', 4, True)
     """
     start = time.perf_counter()
-    result = prepare(vertices, faces, laplacian=laplacian).smooth(
+    result = assemble(vertices, faces, laplacian).smooth(
         modes=modes,
         wavelength=wavelength,
         response=response,
@@ -578,7 +613,7 @@ def low_pass(
            [1., 1., 0.]])
     """
     start = time.perf_counter()
-    result = prepare(vertices, faces, laplacian=laplacian).low_pass(
+    result = assemble(vertices, faces, laplacian).low_pass(
         modes=modes, wavelength=wavelength, response=response, method=method, mask=mask, progress=progress
     )
     return replace(result, seconds=time.perf_counter() - start)
@@ -625,7 +660,7 @@ def enhance(
     True
     """
     start = time.perf_counter()
-    result = prepare(vertices, faces, laplacian=laplacian).enhance(
+    result = assemble(vertices, faces, laplacian).enhance(
         longest=longest,
         shortest=shortest,
         gain=gain,
@@ -667,6 +702,17 @@ def _normalised(V: Floats) -> tuple[Floats, int]:
     """``V`` centred and divided by 2^exponent, so that it lies in [-1, 1]; a power of two rounds nothing."""
     if len(V) == 0:
         return V, 0
-    centred = V - (V.min(axis=0) / 2 + V.max(axis=0) / 2)
-    exponent = int(np.frexp(np.abs(centred).max())[1])
-    return np.ldexp(centred, -exponent), exponent
+    # column by column, as numpy is slow at reducing rows of three
+    low, high = (np.array([extreme(column) for column in V.T]) for extreme in (np.min, np.max))
+    centre = low / 2 + high / 2
+    exponent = int(np.frexp((high - centre).max())[1])
+    centred = V - centre
+    return _scaled(centred, -exponent), exponent
+
+
+def _scaled(X: Floats, exponent: int) -> Floats:
+    """X times 2^exponent, in place where that power is a number."""
+    if abs(exponent) < np.finfo(np.float64).maxexp:
+        X *= 2.0**exponent
+        return X
+    return np.ldexp(X, exponent)

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from meshlab_specsmooth.descriptors import Defaults, load
 from meshlab_specsmooth.errors import InvalidParameter
-from meshlab_specsmooth.smoothing import prepare
+from meshlab_specsmooth.smoothing import assemble
 from meshlab_specsmooth.spectral import density, eigenbasis
 from meshlab_specsmooth.surface import Floats
 
@@ -87,26 +87,24 @@ def spectrum(
     """
     if bands < 2:
         raise InvalidParameter(f"bands is {bands}; there are at least 2")
-    prepared = prepare(vertices, faces, laplacian=laplacian)
+    prepared = assemble(vertices, faces, laplacian)
     if len(prepared.moving) == 0:
         raise InvalidParameter("a mesh without edges has no spectrum")
-    S, n = prepared.L.graph.symmetric_laplacian(), len(prepared.moving)
-    root = np.sqrt(prepared.L.degree)
-    # in the inner product in which L is symmetric, scaled so that energies are those of plain coordinates
-    X = (prepared.positions - prepared.positions.mean(axis=0)) * root
-    X /= np.sqrt(prepared.L.degree.mean())
-    Y = S @ X
+    L, n = prepared.L, len(prepared.moving)
+    # scaled so that energies x^T D x are those of plain coordinates
+    X = (prepared.positions - prepared.positions.mean(axis=0)) / np.sqrt(L.degree.mean())
+    Y = L @ X
     if n <= eigenbasis.DENSE_VERTICES:
-        basis = eigenbasis.complete(S)
+        basis = eigenbasis.complete(L.graph.symmetric_laplacian())
         eigenvalue, modes, method = np.clip(basis.eigenvalues, 0, 2), np.ones(n), "exact"
-        powers = [((basis.vectors.T @ Z) ** 2).sum(axis=1) for Z in (X, Y)]
+        powers = [((basis.vectors.T @ (np.sqrt(L.degree) * Z)) ** 2).sum(axis=1) for Z in (X, Y)]
     else:
         # frequency is arccos(1 - lambda), the angle that the polynomials resolve evenly
         angles = np.linspace(0, np.pi, bands + 1)
         eigenvalue, method = 1 - np.cos((angles[1:] + angles[:-1]) / 2), "chebyshev"
-        counted = density.band_energies(S, density.random_signs(n, density.PROBES), angles)
-        modes = counted / density.PROBES
-        powers = [np.maximum(density.band_energies(S, Z, angles), 0.0) for Z in (X, Y)]
+        signs = density.random_signs(n, density.PROBES) / np.sqrt(L.degree)
+        modes = density.band_energies(L, signs, angles) / density.PROBES
+        powers = [np.maximum(density.band_energies(L, Z, angles), 0.0) for Z in (X, Y)]
         # shape is so much stronger than detail that a trace of it leaks everywhere; not where it was differentiated
         powers[0] = np.where(eigenvalue < _LEAKS_FROM, powers[0], powers[1] / eigenvalue**2)
     unit = np.ldexp(1.0, prepared.exponent)

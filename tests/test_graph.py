@@ -67,14 +67,15 @@ def outcomes(graph, make, n):
     m, gram = rng.random((2, n, 1)) + 0.5
     step, turn = rng.random((2, 3))
     work, count = make(graph), blocks.count(n)
-    z, q, sums, six, lengths = np.empty((n, 3)), np.empty((n, 3)), *(np.empty((count, k)) for k in (3, 6, 1))
+    z, q, sums, six, lengths, inner = np.empty((n, 3)), np.empty((n, 3)), *(np.empty((count, k)) for k in (3, 6, 1, 2))
     work.step(0, count, X, now, before, 2.0, 0.3)
     work.differ(0, count, p, rows, 0.2, z)
     work.gather(0, count, p, z, free, 0.2, gram, q, sums)
     work.descend(0, count, step, q, m, r, six)
     work.turn(0, count, step, turn, m, r, x, p)
     work.edge_lengths(0, count, X, lengths)
-    return before, q, sums, r, six, x, p, lengths
+    work.inner_products(0, count, X, now, inner)
+    return before, q, sums, r, six, x, p, lengths, inner
 
 
 @pytest.mark.parametrize("kind", ["uniform", "cotangent"])

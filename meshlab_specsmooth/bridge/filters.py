@@ -23,7 +23,7 @@ from meshlab_specsmooth.bridge.meshset import is_verbose, pull, push, push_quali
 from meshlab_specsmooth.bridge.parameters import RefusedParameter, resolve
 from meshlab_specsmooth.descriptors import Descriptor
 from meshlab_specsmooth.errors import InvalidParameter
-from meshlab_specsmooth.smoothing import Prepared, SmoothingResult, prepare
+from meshlab_specsmooth.smoothing import Prepared, SmoothingResult, assemble
 from meshlab_specsmooth.spectral.progress import Progress
 from meshlab_specsmooth.spectrum import spectrum
 from meshlab_specsmooth.surface import Floats, Surface, vertex_normals
@@ -242,7 +242,7 @@ def _smoothed(
     for length in ("modes", "wavelength", "longest", "shortest"):
         if values.get(length) == 0:  # zero stands for "not given", as a filter's parameters all have a value
             del values[length]
-    prepared = prepare(vertices, faces, laplacian=values.pop("laplacian"))
+    prepared = assemble(vertices, faces, values.pop("laplacian"))
     return method(prepared, **values, progress=progress)
 
 

@@ -51,6 +51,9 @@ class Kernels(Protocol):
     ) -> None:
         """``x`` becomes x + p step, then ``p`` m r + p turn."""
 
+    def inner_products(self, first: int, last: int, X: Floats, Y: Floats, sums: Floats) -> None:
+        """``sums`` becomes X . (D X) and X . (D Y), summed over the columns, in two columns."""
+
     def edge_lengths(self, first: int, last: int, X: Floats, sums: Floats) -> None:
         """``sums`` becomes the distances between the ends of each edge, every edge counted from both."""
 

@@ -57,7 +57,16 @@ class Laplacian:
 
     def transposed(self, X: Floats) -> Floats:
         """L^T X = D L D^-1 X for X of shape (n, k)."""
-        return self.degree * (self @ (X / self.degree))
+        product = self @ (X / self.degree)
+        product *= self.degree
+        return product
+
+    def inner_products(self, X: Floats, Y: Floats) -> tuple[float, float]:
+        """The sums over columns of x^T D x and x^T D y, for X and Y of shape (n, 3)."""
+        sums, work = np.empty((blocks.count(self.size), 2)), self.kernels.inner_products
+        blocks.in_threads(lambda first, last: work(first, last, X, Y, sums), self.size)
+        square, product = sums.sum(axis=0)
+        return float(square), float(product)
 
     def mean_edge_length(self, X: Floats) -> float:
         """Mean distance between the ends of the edges, when the vertices are at X, (n, 3)."""

@@ -82,6 +82,11 @@ class ReferenceKernels:
             p[at] *= turn
             p[at] += m[at] * r[at]
 
+    def inner_products(self, first: int, last: int, X: Floats, Y: Floats, sums: Floats) -> None:  # noqa: D102
+        for i, at in self._blocks(first, last):
+            weighted = self.degree[at] * X[at]
+            sums[i] = np.vdot(weighted, X[at]), np.vdot(weighted, Y[at])
+
     def edge_lengths(self, first: int, last: int, X: Floats, sums: Floats) -> None:  # noqa: D102
         for i, at in self._blocks(first, last):
             start, *_, end = self.graph.indptr[at.start : at.stop + 1]

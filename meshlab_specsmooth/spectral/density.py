@@ -14,22 +14,20 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg
-from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
-from meshlab_specsmooth.spectral.chebyshev import doubled_and_shifted
+from meshlab_specsmooth.graph.kernels import COLUMNS
+from meshlab_specsmooth.graph.laplacian import Laplacian
 from meshlab_specsmooth.spectral.cutoff import Cutoff
 from meshlab_specsmooth.surface import Floats
 
 SEED = 2010  # any number: fixed, so that two runs agree to the bit
 
-# Columns that a sweep works on at once: as many as a vertex has coordinates, so that one kernel serves both
-BLOCK = 3
 # Random vectors of band_energies
 PROBES = 9
 _LEAST_BAND_DEGREE = 128
 
-# Products with S; they give twice as many moments, a resolution of pi / 64 in arccos(1 - lambda)
+# Sweeps; they give twice as many moments, a resolution of pi / 64 in arccos(1 - lambda)
 _DEGREE = 32
 # The variance of a count falls as vertices times vectors; with so many its error is below the scatter of eigenvalues
 _WANTED_SAMPLES = 150_000
@@ -68,7 +66,7 @@ class Density:
     probes : int
         Random vectors that it was measured with.
     moments : (2 d + 1,) float64
-        Estimates of the trace of T_k(S - I) after d products.
+        Estimates of the trace of T_k(S - I) after d sweeps.
     eigenvalues : (g,) float64, rising in (0, 2]
     below : (g,) float64, never falling
         Modes below each.
@@ -97,45 +95,42 @@ class Density:
         return Cutoff(eigenvalue, kept, float(np.interp(eigenvalue, self.eigenvalues, self.error)) / kept)
 
 
-def cutoff_of_modes(S: csr_array, modes: int) -> Cutoff:
+def cutoff_of_modes(L: Laplacian, modes: int) -> Cutoff:
     """The cut-off below which ``modes`` modes lie; to ask for several, :func:`measure` once.
 
     Parameters
     ----------
-    S : (n, n) csr_array
-        Symmetric, spectrum inside [0, 2].
+    L : Laplacian
     modes : int
         1 to n.
     """
-    n = S.shape[0]
-    return Cutoff(2.0, n, 0.0) if modes >= n else measure(S).cutoff(modes)
+    return Cutoff(2.0, L.size, 0.0) if modes >= L.size else measure(L).cutoff(modes)
 
 
 def probes_for(n: int) -> int:
-    """Random vectors for a mesh with n vertices, in whole blocks."""
-    return int(np.clip(BLOCK * np.ceil(_WANTED_SAMPLES / n / BLOCK), BLOCK, _MOST_PROBES))
+    """Random vectors for a mesh with n vertices, as many at a time as a sweep works on."""
+    return int(np.clip(COLUMNS * np.ceil(_WANTED_SAMPLES / n / COLUMNS), COLUMNS, _MOST_PROBES))
 
 
-def measure(S: csr_array) -> Density:
-    """The density of modes of S.
+def measure(L: Laplacian) -> Density:
+    """The density of modes of L.
 
     Parameters
     ----------
-    S : (n, n) csr_array
-        Symmetric, spectrum inside [0, 2]: the Laplacian of a triangle mesh, all of whose edges are stored. (Of another
-        graph too, with a larger error.)
+    L : Laplacian
+        Of a triangle mesh. (Of another graph too, with a larger error.)
     """
-    n = S.shape[0]
+    n, graph = L.size, L.graph
     probes = probes_for(n)
-    zeros = int(connected_components(S, directed=False)[0])
-    diagonal = S.diagonal()
-    trace = float(diagonal.sum())
-    square = float(np.vdot(S.data, S.data)) - 2 * trace + n  # the trace of (S - I)^2
+    zeros = int(connected_components(graph.adjacency(), directed=False)[0])
+    # the trace of (S - I)^2, whose entries are w_ij / sqrt(d_i d_j)
+    squared = graph.adjacency(None if graph.weights is None else graph.weights**2)
+    square = float(((squared @ (1 / L.degree)) / L.degree).sum())
     # Euler: a surface of triangles has 3 n - 3 chi edges, less as many as its boundary has; chi is at most 2 for each
     # component, so this is the length of the boundary in edges, but for a few
-    boundary = max(0, 3 * n - 6 * zeros - (S.nnz - int(np.count_nonzero(diagonal))) // 2)
-    moments = _moments(S, random_signs(n, probes), _DEGREE) / probes
-    sample = _sampled(moments, np.array([n, trace - n, 2 * square - n]), probes, zeros)
+    boundary = max(0, 3 * n - 6 * zeros - len(graph.indices) // 2)
+    moments = _moments(L, random_signs(n, probes) / np.sqrt(L.degree), _DEGREE) / probes
+    sample = _sampled(moments, np.array([n, 0.0, 2 * square - n]), probes, zeros)
 
     low, high = np.geomspace(1e-3 / n, _LAW_TO, 2 * _GRID), np.linspace(_LAW_TO, 2, _GRID + 1)[1:]
     below_low, variance_low, scatter = _count_by_law(sample, low, boundary)
@@ -287,12 +282,12 @@ def random_signs(n: int, count: int) -> Floats:
     return np.asarray(2.0 * bits - 1.0, dtype=np.float64)
 
 
-def band_energies(S: csr_array, X: Floats, angles: Floats) -> Floats:
-    """Energy of X in each band of the spectrum, summed over its columns.
+def band_energies(L: Laplacian, X: Floats, angles: Floats) -> Floats:
+    """Energy x^T D x of X in each band of the spectrum, summed over its columns x.
 
     Parameters
     ----------
-    S : (n, n) csr_array
+    L : Laplacian
     X : (n, k) float64
     angles : (b + 1,) float64
         Ends of the bands as arccos(1 - eigenvalue), rising in [0, pi].
@@ -301,36 +296,32 @@ def band_energies(S: csr_array, X: Floats, angles: Floats) -> Floats:
     -------
     (b,) float64
     """
-    moments = _moments(S, X, max(2 * len(angles), _LEAST_BAND_DEGREE))
+    moments = _moments(L, X, max(2 * len(angles), _LEAST_BAND_DEGREE))
     return np.asarray(np.diff(_steps(1 - np.cos(angles), len(moments)) @ moments))
 
 
-def _moments(S: csr_array, X: Floats, degree: int) -> Floats:
-    """(2 degree + 1,) moments: the sum over the columns x of X of x^T T_k(S - I) x."""
-    twice = doubled_and_shifted(S)
-    blocks = (np.ascontiguousarray(X[:, i : i + BLOCK]) for i in range(0, X.shape[1], BLOCK))
-    return np.asarray(sum((_block_moments(twice, block, degree) for block in blocks), np.zeros(2 * degree + 1)))
+def _moments(L: Laplacian, X: Floats, degree: int) -> Floats:
+    """(2 degree + 1,) moments: the sum over the columns x of X of x^T D T_k(L - I) x."""
+    blocks = (X[:, i : i + COLUMNS] for i in range(0, X.shape[1], COLUMNS))
+    return np.asarray(sum((_block_moments(L, block, degree) for block in blocks), np.zeros(2 * degree + 1)))
 
 
-def _block_moments(twice: csr_array, X: Floats, degree: int) -> Floats:
-    before, now = X, 0.5 * (twice @ X)
+def _block_moments(L: Laplacian, X: Floats, degree: int) -> Floats:
+    now = np.zeros((len(X), COLUMNS))
+    now[:, : X.shape[1]] = X
+    before = np.zeros_like(now)
     moments = np.empty(2 * degree + 1)
-    first = np.vdot(X, now)
-    moments[0], moments[1] = np.vdot(X, X), first
+    moments[0], _ = L.inner_products(now, before)
     for k in range(1, degree + 1):
-        # 2 T_k T_k = T_2k + T_0 and 2 T_k T_k-1 = T_2k-1 + T_1: two moments a product
-        moments[2 * k - 1] = 2 * np.vdot(now, before) - first
-        moments[2 * k] = 2 * np.vdot(now, now) - moments[0]
-        if k < degree:
-            before, now = now, _swept(twice, before, now)
+        L.step(now, now, before, factor=1.0 if k == 1 else 2.0)
+        now, before = before, now
+        # 2 T_k T_k = T_2k + T_0 and 2 T_k T_k-1 = T_2k-1 + T_1: two moments a sweep
+        square, product = L.inner_products(now, before)
+        if k == 1:
+            moments[1] = product
+        moments[2 * k - 1] = 2 * product - moments[1]
+        moments[2 * k] = 2 * square - moments[0]
     return moments
-
-
-def _swept(twice: csr_array, before: Floats, now: Floats) -> Floats:
-    """T_k+1 X = 2 (S - I) T_k X - T_k-1 X, the one product of the recurrence, for a block of columns."""
-    following = twice @ now
-    following -= before
-    return np.asarray(following)
 
 
 def _jackson(count: int) -> Floats:

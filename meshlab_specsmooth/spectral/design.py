@@ -11,6 +11,7 @@ from meshlab_specsmooth.response import Response, band, response
 from meshlab_specsmooth.spectral import SpectralFilter, density, eigenbasis
 from meshlab_specsmooth.spectral.chebyshev import approximate
 from meshlab_specsmooth.spectral.cutoff import Cutoff, from_wavelength
+from meshlab_specsmooth.spectral.density import Density
 from meshlab_specsmooth.surface import Floats
 
 METHODS = ("auto", "exact", "chebyshev")
@@ -47,6 +48,7 @@ def design(
     method: str,
     tolerance: float,
     passed_on: PassedOn | None = None,
+    modes: Density | None = None,
 ) -> Design:
     """A low-pass for L.
 
@@ -63,6 +65,8 @@ def design(
         ``auto`` is exact up to :data:`eigenbasis.DENSE_VERTICES` vertices.
     tolerance, passed_on
         Error allowed to a polynomial, see :func:`meshlab_specsmooth.spectral.chebyshev.approximate`.
+    modes : Density, optional
+        Where the modes of L lie, if that was measured already.
 
     Raises
     ------
@@ -78,7 +82,7 @@ def design(
         elif n <= eigenbasis.DENSE_VERTICES:
             cutoff = eigenbasis.complete(L.graph.symmetric_laplacian()).cutoff(int(size))
         else:
-            cutoff = density.cutoff_of_modes(L.graph.symmetric_laplacian(), int(size))
+            cutoff = density.cutoff_of_modes(L, int(size)) if modes is None else modes.cutoff(int(size))
         h = response(name, cutoff.eigenvalue)
         return Design(approximate(h, tolerance, passed_on), h, cutoff, "chebyshev")
     S = L.graph.symmetric_laplacian()
