@@ -1,7 +1,8 @@
 """The filters on MeshSets: in place, keywords only, as MeshLab's own are called.
 
 A filter is one descriptor in ``filters_xml/`` and one function here of the same name: the function gets the MeshSet and
-the checked values of all parameters, and the decorator does the rest.
+the checked values of all parameters, and only says what is to be changed; the decorator does the rest. So a MeshSet is
+changed in one place, at the end of a call, and an interrupt before that finds nothing to undo.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ import inspect
 import textwrap
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -19,7 +21,7 @@ from pymeshlab import PyMeshLabException
 
 from meshlab_specsmooth import descriptors
 from meshlab_specsmooth.bridge import scripts
-from meshlab_specsmooth.bridge.meshset import is_verbose, pull, push, push_quality
+from meshlab_specsmooth.bridge.meshset import Change, by_place, pull, verbosity_of, write
 from meshlab_specsmooth.bridge.parameters import RefusedParameter, resolve
 from meshlab_specsmooth.descriptors import Descriptor
 from meshlab_specsmooth.errors import InvalidParameter
@@ -29,7 +31,7 @@ from meshlab_specsmooth.spectrum import spectrum
 from meshlab_specsmooth.surface import Floats, Surface, vertex_normals
 
 Filter = Callable[..., dict[str, Any]]
-Implementation = Callable[[pymeshlab.MeshSet, dict[str, Any], Progress | None], dict[str, Any]]
+Implementation = Callable[[pymeshlab.MeshSet, dict[str, Any], Progress | None], tuple[dict[str, Any], Change]]
 
 #: Our filters by Python name.
 FILTERS: dict[str, Filter] = {}
@@ -51,16 +53,22 @@ def _documentation(descriptor: Descriptor, own: str) -> str:
         "pymeshlab.PyMeshLabException",
         "    No mesh, no faces, an unknown parameter, or a value of the wrong type or out of bounds.",
         "SpecsmoothError",
-        "    What :func:`meshlab_specsmooth.smooth` raises; the MeshSet is as before.",
+        "    What :func:`meshlab_specsmooth.smooth` raises.",
+        "",
+        "Whatever is raised, KeyboardInterrupt as well, the MeshSet is as before.",
     ]
     return "\n".join(lines)
 
 
 def mesh_filter(implementation: Implementation) -> Filter:
-    """Make a filter of a function of the MeshSet, the values of all parameters by name, and a progress callback."""
+    """Make a filter of a function of the MeshSet, the values of all parameters by name, and a progress callback.
+
+    The function returns what the filter returns, and what is to be changed.
+    """
     descriptor = descriptors.load(implementation.__name__)
 
     def call(ms: pymeshlab.MeshSet, **parameters: Any) -> dict[str, Any]:
+        start = time.perf_counter()
         progress = parameters.pop("progress", None)
         values = resolve(descriptor, parameters, ms)
         if descriptor.needs_faces and ms.current_mesh().face_number() == 0:
@@ -68,14 +76,17 @@ def mesh_filter(implementation: Implementation) -> Filter:
             raise PyMeshLabException(
                 f"Failed to apply filter:  '{descriptor.function}. Current mesh does not have Any Faces."
             )
-        if is_verbose(ms):
+        verbosity = verbosity_of(ms)
+        if any(verbosity):
             # in pymeshlab's words
             print(f"\nApplying filter {descriptor.function} with the following parameters:\n{values}\n")  # noqa: T201
         try:
-            output = implementation(ms, dict(values), progress)
+            output, change = implementation(ms, dict(values), progress)
         except InvalidParameter as error:
             raise RefusedParameter(str(error)) from error
-        scripts.record(ms, descriptor, values)
+        write(ms, replace(change, step=scripts.step_of(descriptor, values)), verbosity)
+        if "seconds" in output:
+            output["seconds"] = time.perf_counter() - start
         return output
 
     call.__name__ = call.__qualname__ = implementation.__name__
@@ -106,7 +117,7 @@ def apply(ms: pymeshlab.MeshSet, name: str, **parameters: Any) -> dict[str, Any]
 @mesh_filter
 def apply_coord_spectral_smoothing(
     ms: pymeshlab.MeshSet, values: dict[str, Any], progress: Progress | None
-) -> dict[str, Any]:
+) -> tuple[dict[str, Any], Change]:
     """
     Returns
     -------
@@ -123,13 +134,13 @@ def apply_coord_spectral_smoothing(
     >>> report["method"], report["residual"] < 1e-7
     ('exact', True)
     """  # noqa: D205 (what it does stands in the descriptor)
-    return _move(ms, Prepared.smooth, values, progress)
+    return _moved(ms, Prepared.smooth, values, progress)
 
 
 @mesh_filter
 def apply_coord_spectral_low_pass(
     ms: pymeshlab.MeshSet, values: dict[str, Any], progress: Progress | None
-) -> dict[str, Any]:
+) -> tuple[dict[str, Any], Change]:
     """
     Returns
     -------
@@ -145,13 +156,13 @@ def apply_coord_spectral_low_pass(
     >>> mss.apply_coord_spectral_low_pass(ms, modes=4)["modes"]
     4
     """  # noqa: D205 (what it does stands in the descriptor)
-    return _move(ms, Prepared.low_pass, values, progress)
+    return _moved(ms, Prepared.low_pass, values, progress)
 
 
 @mesh_filter
 def apply_coord_spectral_enhancement(
     ms: pymeshlab.MeshSet, values: dict[str, Any], progress: Progress | None
-) -> dict[str, Any]:
+) -> tuple[dict[str, Any], Change]:
     """
     Returns
     -------
@@ -167,13 +178,13 @@ def apply_coord_spectral_enhancement(
     >>> mss.apply_coord_spectral_enhancement(ms, gain=1.5)["displacement"] > 0
     True
     """  # noqa: D205 (what it does stands in the descriptor)
-    return _move(ms, Prepared.enhance, values, progress)
+    return _moved(ms, Prepared.enhance, values, progress)
 
 
 @mesh_filter
 def compute_scalar_by_spectral_displacement(
     ms: pymeshlab.MeshSet, values: dict[str, Any], progress: Progress | None
-) -> dict[str, Any]:
+) -> tuple[dict[str, Any], Change]:
     """
     Returns
     -------
@@ -193,12 +204,15 @@ def compute_scalar_by_spectral_displacement(
     vertices, faces = pull(ms)
     result = _smoothed(ms, Prepared.smooth, values, progress)
     normals = vertex_normals(Surface(result.vertices, faces))
-    written = push_quality(ms, ((result.vertices - vertices) * normals).sum(axis=1))
-    return {"rms": float(np.sqrt((written**2).mean())), "min": float(written.min()), "max": float(written.max())}
+    quality = by_place(vertices, ((result.vertices - vertices) * normals).sum(axis=1))
+    output = {"rms": float(np.sqrt((quality**2).mean())), "min": float(quality.min()), "max": float(quality.max())}
+    return output, Change(quality=quality)
 
 
 @mesh_filter
-def get_spectrum(ms: pymeshlab.MeshSet, values: dict[str, Any], progress: Progress | None) -> dict[str, Any]:
+def get_spectrum(
+    ms: pymeshlab.MeshSet, values: dict[str, Any], progress: Progress | None
+) -> tuple[dict[str, Any], Change]:
     """
     Returns
     -------
@@ -215,19 +229,15 @@ def get_spectrum(ms: pymeshlab.MeshSet, values: dict[str, Any], progress: Progre
     >>> len(spectrum["eigenvalue"]) == ms.current_mesh().vertex_number()
     True
     """  # noqa: D205 (what it does stands in the descriptor)
-    return dict(vars(spectrum(*pull(ms), **values)))
+    return dict(vars(spectrum(*pull(ms), **values))), Change()
 
 
-def _move(
+def _moved(
     ms: pymeshlab.MeshSet, method: Callable[..., SmoothingResult], values: dict[str, Any], progress: Progress | None
-) -> dict[str, Any]:
-    """Pull, compute, push; the evidence as a dict."""
-    start = time.perf_counter()
-    result = _smoothed(ms, method, values, progress)
-    push(ms, result.vertices)
-    evidence = dict(vars(result)) | {"seconds": time.perf_counter() - start}
-    del evidence["vertices"]
-    return evidence
+) -> tuple[dict[str, Any], Change]:
+    """The evidence as a dict, and the new vertices."""
+    evidence = dict(vars(_smoothed(ms, method, values, progress)))
+    return evidence, Change(vertices=evidence.pop("vertices"))
 
 
 def _smoothed(

@@ -8,13 +8,16 @@ import os
 import sys
 import tempfile
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 import pymeshlab
 
+from meshlab_specsmooth.bridge.interrupts import Hold, all_or_nothing
 from meshlab_specsmooth.errors import MeshSetError
 from meshlab_specsmooth.surface import Floats
 
@@ -38,45 +41,39 @@ def pull(ms: pymeshlab.MeshSet) -> tuple[Floats, npt.NDArray[np.int32]]:
     return mesh.vertex_matrix(), mesh.face_matrix()
 
 
-def push(ms: pymeshlab.MeshSet, vertices: Floats) -> None:
-    """Give the current mesh new coordinates, to the bit.
+@dataclass(frozen=True, eq=False)
+class Change:
+    """What is to be written into a MeshSet.
 
-    The mesh is morphed onto a temporary one, as only filters change a mesh inside a MeshSet. Everything that hangs on
-    the mesh stays, and so do the current mesh, the other meshes, the filter script and the verbosity. Normals and
-    bounding box follow, as after MeshLab's own filters. The temporary mesh uses up one id, so the next mesh that is
-    added gets the one after it.
-
-    Parameters
+    Attributes
     ----------
-    ms : pymeshlab.MeshSet
-        Its current mesh must have faces and finite coordinates.
-    vertices : (n, 3) float64
-        Untransformed coordinates, one row a vertex.
-
-    Raises
-    ------
-    MeshSetError
-        The mesh did not take the coordinates; it has its old ones then. (So it has if anything else is raised.)
+    vertices : (n, 3) float64, optional
+        New untransformed coordinates of the current mesh, which must have faces and finite coordinates.
+    quality : (n,) float64, optional
+        New quality of its vertices, equal for vertices at one place; see :func:`by_place`.
+    step : str
+        XML of a filter, to be appended to the filter script.
     """
-    mesh = ms.current_mesh()
-    before = mesh.vertex_matrix()
-    if vertices.shape != before.shape:
-        raise MeshSetError(f"{len(vertices)} coordinates for a mesh of {len(before)} vertices")
-    with leaving_no_trace(ms):
-        try:
-            exact = _morph(ms, vertices)
-        except BaseException:
-            _morph(ms, before)
-            raise
-        if not exact:
-            _morph(ms, before)
-            raise MeshSetError(f"the mesh did not take its new coordinates in {MOST_MORPHING_PASSES} morphing passes")
+
+    vertices: Floats | None = None
+    quality: Floats | None = None
+    step: str = ""
+
+
+class Verbosity(NamedTuple):
+    """What a MeshSet prints of the filters that it runs."""
+
+    everything: bool
+    parameters: bool
+
+
+def push(ms: pymeshlab.MeshSet, vertices: Floats) -> None:
+    """Give the current mesh new coordinates, to the bit; see :func:`write`."""
+    write(ms, Change(vertices=vertices))
 
 
 def push_quality(ms: pymeshlab.MeshSet, quality: Floats) -> Floats:
-    """Give the vertices of the current mesh a quality; nothing else changes, as with :func:`push`.
-
-    It is taken over from a temporary point cloud, by place: vertices at one place get the mean of theirs.
+    """Give the vertices of the current mesh a quality; nothing else changes. See :func:`write`.
 
     Parameters
     ----------
@@ -86,25 +83,102 @@ def push_quality(ms: pymeshlab.MeshSet, quality: Floats) -> Floats:
     Returns
     -------
     (n,) float64
-        What was written, to the bit.
+        What was written, to the bit: vertices at one place get the mean of theirs.
+    """
+    written = by_place(ms.current_mesh().vertex_matrix(), quality)
+    write(ms, Change(quality=written))
+    return written
+
+
+def by_place(vertices: Floats, quality: Floats) -> Floats:
+    """Quality of vertices, those at one place with the mean of theirs.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from meshlab_specsmooth.bridge.meshset import by_place
+    >>> by_place(np.array([[0.0, 0, 0], [1, 0, 0], [0, 0, 0]]), np.array([1.0, 5, 2]))
+    array([1.5, 5. , 1.5])
+    """
+    order = np.lexsort(vertices.T)
+    ordered = vertices[order]
+    is_first = np.ones(len(order), dtype=np.bool_)
+    is_first[1:] = (ordered[1:] != ordered[:-1]).any(axis=1)
+    group = np.empty(len(order), dtype=np.intp)
+    group[order] = np.cumsum(is_first) - 1
+    return np.asarray((np.bincount(group, weights=quality) / np.bincount(group))[group])
+
+
+def write(ms: pymeshlab.MeshSet, change: Change, verbosity: Verbosity | None = None) -> None:
+    """Make a change, to the bit and with nothing else changed, or raise with nothing changed at all.
+
+    Only filters change a mesh inside a MeshSet: coordinates are morphed onto those of a temporary mesh, quality is
+    transferred from one. Everything that hangs on the mesh stays, and so do the current mesh, the other meshes, the
+    filter script (but for the step to be appended) and the verbosity. Normals and bounding box follow coordinates, as
+    after MeshLab's own filters. The temporary mesh uses up one id: the next mesh that is added gets the one after it.
+
+    An interrupt (Ctrl-C) waits until what runs in C++ is done. Then everything is put back; but a mesh that had no
+    quality has one then, and vertices at one place, if theirs differed, the mean.
+
+    Parameters
+    ----------
+    ms : pymeshlab.MeshSet
+    change : Change
+    verbosity : Verbosity, optional
+        As :func:`verbosity_of` has it, if it is known.
 
     Raises
     ------
     MeshSetError
-        The mesh did not take the values.
+        The mesh did not take the coordinates or the quality; it has its old ones then.
     """
+    mesh = ms.current_mesh()
+    vertices, quality = mesh.vertex_matrix(), mesh.vertex_scalar_array() if mesh.has_vertex_scalar() else None
+    if change.vertices is not None and change.vertices.shape != vertices.shape:
+        raise MeshSetError(f"{len(change.vertices)} coordinates for a mesh of {len(vertices)} vertices")
+    script, known = script_of(ms), verbosity or verbosity_of(ms)
+
+    def make(may_stop: Callable[[], None]) -> None:
+        _set_verbosity(ms, Verbosity(False, False))
+        if change.vertices is not None and not _move(ms, change.vertices, may_stop):
+            raise MeshSetError(f"the mesh did not take its new coordinates in {MOST_MORPHING_PASSES} morphing passes")
+        if change.quality is not None and not _transfer_quality(ms, change.quality, may_stop):
+            raise MeshSetError("the mesh did not take its new vertex quality")
+        set_script(ms, _appended(script, change.step))
+        _set_verbosity(ms, known)
+
+    def undo() -> None:
+        _set_verbosity(ms, Verbosity(False, False))
+        if not np.array_equal(mesh.vertex_matrix(), vertices):
+            _move(ms, vertices, lambda: None)
+        if quality is not None and not np.array_equal(mesh.vertex_scalar_array(), quality):
+            _transfer_quality(ms, by_place(vertices, quality), lambda: None)
+        set_script(ms, script)
+        _set_verbosity(ms, known)
+
+    all_or_nothing(make, undo)
+
+
+def _move(ms: pymeshlab.MeshSet, vertices: Floats, may_stop: Callable[[], None]) -> bool:
+    """Morph the current mesh onto ``vertices``; whether it arrived to the bit."""
+    mesh = ms.current_mesh()
+    with _temporary(ms, pymeshlab.Mesh(vertices)) as target:  # faces would triple its cost, and are not looked at
+        may_stop()
+        for _ in range(MOST_MORPHING_PASSES):
+            ms.compute_coord_linear_morphing(targetmesh=target, percentmorph=100.0)
+            if np.array_equal(mesh.vertex_matrix(), vertices):
+                return True
+        return False
+
+
+def _transfer_quality(ms: pymeshlab.MeshSet, quality: Floats, may_stop: Callable[[], None]) -> bool:
+    """Take quality over from a point cloud, by place; whether it arrived to the bit."""
     mesh, target = ms.current_mesh(), ms.current_mesh_id()
-    _, first, at, count = np.unique(
-        mesh.vertex_matrix(), axis=0, return_index=True, return_inverse=True, return_counts=True
-    )
-    mean = np.bincount(at.ravel(), weights=quality, minlength=len(first)) / count
-    expected = np.asarray(mean[at.ravel()])
-    places = mesh.vertex_matrix()[first]
     # The filter that transfers attributes works on the mesh where its transform puts it, and moves it there and back,
     # which rounds: it must not see the transform.
     transform = mesh.transform_matrix()
-    with leaving_no_trace(ms):
-        source = _add(ms, pymeshlab.Mesh(places, v_scalar_array=mean))
+    with _temporary(ms, pymeshlab.Mesh(mesh.vertex_matrix(), v_scalar_array=quality)) as source:
+        may_stop()
         try:
             ms.set_matrix(transformmatrix=np.eye(4), freeze=False)
             ms.transfer_attributes_per_vertex(
@@ -112,96 +186,41 @@ def push_quality(ms: pymeshlab.MeshSet, quality: Floats) -> Floats:
             )
         finally:
             ms.set_matrix(transformmatrix=transform, freeze=False)
-            _delete(ms, source)
-    if not np.array_equal(mesh.vertex_scalar_array(), expected):
-        raise MeshSetError("the mesh did not take its new vertex quality")
-    return expected
+    return np.array_equal(mesh.vertex_scalar_array(), quality)
 
 
-def _morph(ms: pymeshlab.MeshSet, vertices: Floats) -> bool:
-    """Move the current mesh onto ``vertices``; whether it arrived to the bit."""
-    mesh, target = ms.current_mesh(), _add(ms, pymeshlab.Mesh(vertices, ms.current_mesh().face_matrix()))
-    try:
-        for _ in range(MOST_MORPHING_PASSES):
-            ms.compute_coord_linear_morphing(targetmesh=target, percentmorph=100.0)
-            if np.array_equal(mesh.vertex_matrix(), vertices):
-                return True
-        return False
-    finally:
-        _delete(ms, target)
-
-
-def _add(ms: pymeshlab.MeshSet, mesh: pymeshlab.Mesh) -> int:
-    """Add a temporary mesh without making it the current one; its id."""
-    ms.add_mesh(mesh, "", set_as_current=False)
-    return max(int(m.id()) for m in ms)
-
-
-def _delete(ms: pymeshlab.MeshSet, temporary: int) -> None:
+@contextlib.contextmanager
+def _temporary(ms: pymeshlab.MeshSet, mesh: pymeshlab.Mesh) -> Iterator[int]:
+    """The id of a mesh that is there for the time being, without being the current one."""
     current = ms.current_mesh_id()
-    ms.set_current_mesh(temporary)
-    ms.delete_current_mesh()
-    ms.set_current_mesh(current)
+    ms.add_mesh(mesh, "", set_as_current=False)
+    del mesh  # the MeshSet has its own copy
+    temporary = max(int(m.id()) for m in ms)
+    try:
+        yield temporary
+    finally:
+        ms.set_current_mesh(temporary)
+        ms.delete_current_mesh()
+        ms.set_current_mesh(current)
 
 
-def is_verbose(ms: pymeshlab.MeshSet) -> bool:
-    """Whether the MeshSet prints which filters it runs; it must have a mesh."""
-    with leaving_no_trace(ms) as verbose:
-        return verbose
+def _set_verbosity(ms: pymeshlab.MeshSet, verbosity: Verbosity) -> None:
+    ms.set_verbosity(verbosity.everything)
+    ms.set_parameter_verbosity(verbosity.parameters)
 
 
-@contextlib.contextmanager
-def leaving_no_trace(ms: pymeshlab.MeshSet) -> Iterator[bool]:
-    """Filters called inside are neither printed nor kept in the filter script; yields whether the MeshSet is verbose.
-
-    The MeshSet must have a mesh.
-    """
-    with keeping_script(ms):
-        full, parameters = False, False
-        try:
-            full, parameters = _verbosity(ms)
-            ms.set_verbosity(False)
-            ms.set_parameter_verbosity(False)
-            yield full or parameters
-        finally:
-            ms.set_verbosity(full)
-            ms.set_parameter_verbosity(parameters)
-
-
-@contextlib.contextmanager
-def keeping_script(ms: pymeshlab.MeshSet) -> Iterator[None]:
-    """The filter script is afterwards what it was before.
-
-    pymeshlab records every filter and offers no way to drop the last one, so the script is saved, and loaded again
-    afterwards. Its files hold six digits of a number, and so does the script from then on: what was recorded with more
-    digits before is replayed with six.
-    """
-    with tempfile.TemporaryDirectory(prefix="specsmooth-") as folder:
-        script = Path(folder) / "before.mlx"
-        ms.save_filter_script(str(script))
-        try:
-            yield
-        finally:
-            ms.clear_filter_script()
-            if b"<filter " in script.read_bytes():
-                load_script(ms, script)
-
-
-def load_script(ms: pymeshlab.MeshSet, script: Path) -> None:
-    """Make a file the MeshSet's filter script; without printing what is read, as pymeshlab does, verbose or not."""
-    with native_output():
-        _NATIVE_LOAD(ms, str(script))
-
-
-def _verbosity(ms: pymeshlab.MeshSet) -> tuple[bool, bool]:
-    """What the MeshSet prints: everything, and the parameters of filters. It cannot be asked, so it is tried."""
-    told = _what_a_filter_tells(ms)
-    if not told:
-        return False, False
-    ms.set_verbosity(False)
-    without = _what_a_filter_tells(ms)
-    # with everything on, a filter tells of its parameters as well, and one line more
-    return told.count("\n") > without.count("\n"), bool(without)
+def verbosity_of(ms: pymeshlab.MeshSet) -> Verbosity:
+    """What the MeshSet prints; it must have a mesh. It cannot be asked, so it is tried, without a trace."""
+    with Hold(), keeping_script(ms):
+        told = _what_a_filter_tells(ms)
+        if not told:
+            return Verbosity(False, False)
+        ms.set_verbosity(False)
+        without = _what_a_filter_tells(ms)
+        # with everything on, a filter tells of its parameters as well, and one line more
+        everything = told.count("\n") > without.count("\n")
+        ms.set_verbosity(everything)
+        return Verbosity(everything, bool(without))
 
 
 def _what_a_filter_tells(ms: pymeshlab.MeshSet) -> str:
@@ -216,13 +235,59 @@ def _what_a_filter_tells(ms: pymeshlab.MeshSet) -> str:
     return told[0] + printed.getvalue()
 
 
+@contextlib.contextmanager
+def keeping_script(ms: pymeshlab.MeshSet) -> Iterator[None]:
+    """The filter script is afterwards what it was before; interrupts must wait around it (:class:`Hold`).
+
+    pymeshlab records every filter and offers no way to drop the last one, so the script is saved, and loaded again
+    afterwards. Its files hold six digits of a number, and so does the script from then on: what was recorded with more
+    digits before is replayed with six.
+    """
+    script = script_of(ms)
+    try:
+        yield
+    finally:
+        set_script(ms, script)
+
+
+def script_of(ms: pymeshlab.MeshSet) -> str:
+    """The MeshSet's filter script, as pymeshlab writes it."""
+    with Hold(), tempfile.TemporaryDirectory(prefix="specsmooth-") as folder:
+        path = Path(folder) / "script.mlx"
+        ms.save_filter_script(str(path))
+        return path.read_text(encoding="utf-8")
+
+
+def set_script(ms: pymeshlab.MeshSet, text: str) -> None:
+    """Make a text the MeshSet's filter script; without printing what is read, as pymeshlab does, verbose or not."""
+    if "<filter " not in text:
+        ms.clear_filter_script()
+        return
+    with Hold(), tempfile.TemporaryDirectory(prefix="specsmooth-") as folder:
+        path = Path(folder) / "script.mlx"
+        path.write_text(text, encoding="utf-8")
+        with native_output():
+            ms.clear_filter_script()
+            _NATIVE_LOAD(ms, str(path))
+
+
+def _appended(script: str, step: str) -> str:
+    """A script with one more filter."""
+    # as text: a session's script may be longer than one from a stranger is allowed to be
+    start, end, rest = script.replace("<FilterScript/>", "<FilterScript></FilterScript>").rpartition("</FilterScript>")
+    return start + step + end + rest
+
+
 # standard output and error belong to the process, so threads take turns
 _streams = threading.RLock()
 
 
 @contextlib.contextmanager
 def native_output() -> Iterator[list[str]]:
-    """Catch what C++ writes to standard output and error during one short call; afterwards it is in the list."""
+    """Catch what C++ writes to standard output and error during one short call; afterwards it is in the list.
+
+    Interrupts must wait around it (:class:`Hold`), or the process may be left without its standard output.
+    """
     told: list[str] = []
     with _streams, tempfile.TemporaryFile() as file:
         for stream in (sys.stdout, sys.stderr):

@@ -23,7 +23,8 @@ from xml.sax.saxutils import quoteattr
 import pymeshlab
 
 from meshlab_specsmooth import descriptors
-from meshlab_specsmooth.bridge.meshset import keeping_script, load_script
+from meshlab_specsmooth.bridge.interrupts import Hold
+from meshlab_specsmooth.bridge.meshset import keeping_script, script_of, set_script
 from meshlab_specsmooth.descriptors import Descriptor, Parameter
 from meshlab_specsmooth.errors import FileError, InvalidXml
 from meshlab_specsmooth.xmltree import Element, parse
@@ -73,11 +74,11 @@ def read(path: str | os.PathLike[str]) -> Script:
 
 def of(ms: pymeshlab.MeshSet) -> Script:
     """The filter script of a MeshSet."""
-    return _script(_saved(ms), "the MeshSet's filter script")
+    return _script(script_of(ms).encode(), "the MeshSet's filter script")
 
 
-def record(ms: pymeshlab.MeshSet, descriptor: Descriptor, values: dict[str, Any]) -> None:
-    """Append one of our filters, with all its values, to a MeshSet's filter script."""
+def step_of(descriptor: Descriptor, values: dict[str, Any]) -> str:
+    """XML of one of our filters, with all its values."""
     parameters = tuple(
         {
             "name": parameter.name,
@@ -88,10 +89,7 @@ def record(ms: pymeshlab.MeshSet, descriptor: Descriptor, values: dict[str, Any]
         }
         for parameter in descriptor.parameters
     )
-    # as text: a session's script may be longer than one from a stranger is allowed to be
-    before = _saved(ms).decode().replace("<FilterScript/>", "<FilterScript></FilterScript>")
-    start, end, rest = before.rpartition("</FilterScript>")
-    _load_text(ms, start + _as_xml(Step(descriptor.name, parameters, 0)) + end + rest)
+    return _as_xml(Step(descriptor.name, parameters, 0))
 
 
 def check(script: Script) -> None:
@@ -120,22 +118,25 @@ def load(ms: pymeshlab.MeshSet, script: Script) -> None:
             _values(step, ours[step.name], script.source)
             step = Step(step.name, tuple(p | {"type": _TEXT} for p in step.parameters), step.line)
         steps.append(step)
-    _load_text(ms, _as_script(steps))
+    set_script(ms, _as_script(steps))
 
 
 def run(ms: pymeshlab.MeshSet, script: Script, filters: Filters) -> None:
     """Run a script, ours and MeshLab's, without recording it anew; nothing runs unless :func:`check` has passed."""
     check(script)
     ours = _ours()
-    for is_ours, group in itertools.groupby(script.steps, key=lambda step: step.name in ours):
-        with keeping_script(ms):
+    with Hold() as hold, keeping_script(ms):
+        for is_ours, group in itertools.groupby(script.steps, key=lambda step: step.name in ours):
             if is_ours:
                 for step in group:
                     descriptor = ours[step.name]
-                    filters[descriptor.function](ms, **_values(step, descriptor, script.source))
+                    with hold.through():
+                        filters[descriptor.function](ms, **_values(step, descriptor, script.source))
             else:
-                _load_text(ms, _as_script(list(group)))
+                set_script(ms, _as_script(list(group)))
+                hold.deliver()
                 _NATIVE_APPLY(ms)
+                hold.deliver()
 
 
 def has_ours(script: Script) -> bool:
@@ -203,22 +204,6 @@ def _from_text(parameter: Parameter, text: str) -> Any:
     return number
 
 
-def _saved(ms: pymeshlab.MeshSet) -> bytes:
-    """The MeshSet's filter script as pymeshlab writes it."""
-    with tempfile.TemporaryDirectory(prefix="specsmooth-") as folder:
-        path = Path(folder) / "script.mlx"
-        ms.save_filter_script(str(path))
-        return path.read_bytes()
-
-
-def _load_text(ms: pymeshlab.MeshSet, text: str) -> None:
-    """Make a script's text the MeshSet's filter script."""
-    with tempfile.TemporaryDirectory(prefix="specsmooth-") as folder:
-        path = Path(folder) / "script.mlx"
-        path.write_text(text, encoding="utf-8")
-        load_script(ms, path)
-
-
 def _as_script(steps: Sequence[Step]) -> str:
     return "<!DOCTYPE FilterScript>\n<FilterScript>\n" + "".join(map(_as_xml, steps)) + "</FilterScript>\n"
 
@@ -249,11 +234,12 @@ def _unknown(names: tuple[str, ...]) -> frozenset[str]:
     unknown: set[str] = set()
     left = list(names)
     while left:
-        with tempfile.TemporaryDirectory(prefix="specsmooth-") as folder:
+        with Hold() as hold, tempfile.TemporaryDirectory(prefix="specsmooth-") as folder:
             for number, name in enumerate(left):
                 (Path(folder) / f"{number}.mlx").write_text(_as_script([Step(name, (), 0)]), encoding="utf-8")
             command = [sys.executable, "-c", _TRY, str(len(left))]
-            done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)  # noqa: S603
+            with hold.through():
+                done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)  # noqa: S603
         answers = [line.split()[1] for line in done.stdout.splitlines() if line.startswith("ANSWER ")]
         unknown.update(name for name, answer in zip(left, answers, strict=False) if answer == "unknown")
         left = left[len(answers) + 1 :]
