@@ -12,7 +12,7 @@ MODULES = sorted(PACKAGE.rglob("*.py"))
 
 # a room may use those before it
 ROOMS = [
-    {"version", "errors"},
+    {"version", "errors", "memory"},
     {"xmltree", "descriptors"},
     {"surface"},
     {"graph"},
