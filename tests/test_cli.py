@@ -215,6 +215,55 @@ def test_signals_that_are_taken_or_ignored_stay_so_and_threads_have_none(scan, t
     assert seen == [signal.SIG_IGN, signal.SIG_DFL]
 
 
+# what comes before main, the imports, is Python's: nothing has been done then
+READY = """
+import sys
+from meshlab_specsmooth.cli import main
+print("ready", flush=True)
+sys.exit(main())
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+def test_an_interrupt_at_any_moment_leaves_the_old_output_or_the_whole_new_one(tmp_path, monkeypatch):
+    places = {name: tmp_path / name for name in ("scan.ply", "expected.ply", "folder", "temporary")}
+    folder, temporary = places["folder"], places["temporary"]
+    folder.mkdir()
+    temporary.mkdir()
+    monkeypatch.setenv("TMPDIR", str(temporary))
+    files.write(meshset.new(*rough(torus(120, 80))), places["scan.ply"])
+    waits = np.random.default_rng(3)
+    usual, codes = 0.0, []
+    for trial in range(21):
+        out = places["expected.ply"] if trial == 0 else folder / "out.ply"
+        before = b"what was there" if trial % 2 else None
+        out.unlink(missing_ok=True)
+        if before is not None:
+            out.write_bytes(before)
+        command = [sys.executable, "-c", READY, "smooth", str(places["scan.ply"]), str(out)]
+        with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+            assert process.stdout.readline() == "ready\n"
+            start = time.perf_counter()
+            if trial > 0:
+                time.sleep(waits.uniform(0, 0.9 * usual))
+                process.send_signal(signal.SIGINT)
+            _, problem = process.communicate()
+        if process.returncode == 0:
+            took = time.perf_counter() - start
+            usual = min(usual, took) if trial > 0 else took
+            assert out.read_bytes() == places["expected.ply"].read_bytes()
+            assert problem == ""
+        else:
+            assert (process.returncode, problem) == (1, "specsmooth: interrupted\n")
+            found = out.read_bytes() if out.exists() else None
+            assert found in (before, places["expected.ply"].read_bytes())
+        codes.append(process.returncode)
+        assert {file.name for file in folder.iterdir()} <= {"out.ply"}
+        assert list(temporary.iterdir()) == []
+    assert codes[0] == 0
+    assert codes.count(1) > 5
+
+
 def test_version_and_help():
     assert run("--version") == (0, f"specsmooth {mss.__version__}\n", "")
     for command in ("smooth", "run", "filters", "demo"):

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import pymeshlab
 
+from meshlab_specsmooth.bridge.interrupts import Hold
 from meshlab_specsmooth.bridge.textures import is_inside, material_names, texture_names
 from meshlab_specsmooth.errors import FileError
 
@@ -46,7 +47,7 @@ def read(path: str | os.PathLike[str]) -> pymeshlab.MeshSet:
             raise FileError(f"{path}: holds {ms.mesh_number()} meshes; save each as a file of its own")
         if not _lost_a_texture(ms, source):
             return ms
-        with tempfile.TemporaryDirectory(prefix="specsmooth-") as folder:
+        with Hold(), tempfile.TemporaryDirectory(prefix="specsmooth-") as folder:
             ms = _load(_with_stand_ins(source, Path(folder)))
         if _lost_a_texture(ms, source):
             names = ", ".join(texture_names(source)) or "(of unknown name)"
@@ -151,7 +152,8 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
     """A file to write in a temporary folder beside the target; all that is there in the end is moved to the target's.
 
     Companions go first and the file itself last, so that it never refers to what is not there. A companion that would
-    replace a file of other content is an error, and nothing is moved; the materials of an OBJ file are its own.
+    replace a file of other content is an error, and nothing is moved; the materials of an OBJ file are its own. An
+    interrupt (Ctrl-C) waits until the file is written, and then nothing is moved; or until all is moved.
 
     Raises
     ------
@@ -161,10 +163,12 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
     target = check_place(path)
     with (
         _as_file_error(target, "written"),
+        Hold() as hold,
         tempfile.TemporaryDirectory(prefix=".specsmooth-", dir=target.parent) as folder,
     ):
         part = Path(folder) / target.name
         yield part
+        hold.deliver()
         for companion in _new_companions(part, target):
             place = target.parent / companion.relative_to(folder)
             place.parent.mkdir(parents=True, exist_ok=True)
@@ -213,7 +217,7 @@ def check_target(path: str | os.PathLike[str]) -> Path:
     target = check_place(path)
     triangle = pymeshlab.MeshSet()
     triangle.add_mesh(pymeshlab.Mesh(np.eye(3), np.array([[0, 1, 2]])))
-    with _as_file_error(target, "written"), tempfile.TemporaryDirectory(prefix="specsmooth-") as folder:
+    with _as_file_error(target, "written"), Hold(), tempfile.TemporaryDirectory(prefix="specsmooth-") as folder:
         _save(triangle, Path(folder) / f"trial{target.suffix}")
     return target
 

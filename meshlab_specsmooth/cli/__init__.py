@@ -50,6 +50,13 @@ def _run(arguments: Sequence[str] | None) -> None:
         given.run(given)
     finally:
         _flush()
+        if arguments is None and _may_set_handlers():  # the process ends now; nothing is left to interrupt
+            signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _may_set_handlers() -> bool:
+    """Python allows it in the main thread alone."""
+    return threading.current_thread() is threading.main_thread()
 
 
 def _flush() -> None:
@@ -88,13 +95,11 @@ def _parser() -> argparse.ArgumentParser:
 def _signals_end_it() -> Iterator[None]:
     """Let signals that end the process unwind it, so that temporary folders are removed.
 
-    Not in a thread, where Python allows no handlers, and not where the process was told to do otherwise (nohup).
+    Not in a thread, and not where the process was told to do otherwise (nohup).
     """
     names = [name for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]  # Windows has no SIGHUP
     numbers = [getattr(signal, name) for name in names]
-    if threading.current_thread() is not threading.main_thread():
-        numbers = []
-    ours = [number for number in numbers if signal.getsignal(number) is signal.SIG_DFL]
+    ours = [number for number in numbers if _may_set_handlers() and signal.getsignal(number) is signal.SIG_DFL]
     for number in ours:
         signal.signal(number, _end)
     try:
