@@ -24,7 +24,8 @@ from meshlab_specsmooth.surface import Floats
 # pymeshlab's own, whatever is registered later
 _NATIVE_LOAD = pymeshlab.MeshSet.load_filter_script
 
-# One morphing pass is exact for small moves and two for wild ones, where v + (t - v) rounds; a third never was needed.
+# MeshLab moves v to v + (t - v), which is exact where t lies between v / 2 and 2 v. From anywhere else, across a
+# coordinate plane for one, a pass comes so close that the next is exact; a third never was needed.
 MOST_MORPHING_PASSES = 3
 
 
@@ -163,8 +164,8 @@ def _move(ms: pymeshlab.MeshSet, vertices: Floats, may_stop: Callable[[], None])
     """Morph the current mesh onto ``vertices``; whether it arrived to the bit."""
     mesh = ms.current_mesh()
     with _temporary(ms, pymeshlab.Mesh(vertices)) as target:  # faces would triple its cost, and are not looked at
-        may_stop()
         for _ in range(MOST_MORPHING_PASSES):
+            may_stop()
             ms.compute_coord_linear_morphing(targetmesh=target, percentmorph=100.0)
             if np.array_equal(mesh.vertex_matrix(), vertices):
                 return True
