@@ -21,14 +21,14 @@ from pymeshlab import PyMeshLabException
 
 from meshlab_specsmooth import descriptors
 from meshlab_specsmooth.bridge import scripts
-from meshlab_specsmooth.bridge.meshset import Change, by_place, pull, verbosity_of, write
+from meshlab_specsmooth.bridge.meshset import Change, by_place, in_one_pass, pull, verbosity_of, write
 from meshlab_specsmooth.bridge.parameters import RefusedParameter, resolve
 from meshlab_specsmooth.descriptors import Descriptor
 from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.smoothing import Prepared, SmoothingResult, assemble
 from meshlab_specsmooth.spectral.progress import Progress
 from meshlab_specsmooth.spectrum import spectrum
-from meshlab_specsmooth.surface import Floats, Surface, vertex_normals
+from meshlab_specsmooth.surface import Floats, Integers, Surface, vertex_normals
 
 Filter = Callable[..., dict[str, Any]]
 Implementation = Callable[[pymeshlab.MeshSet, dict[str, Any], Progress | None], tuple[dict[str, Any], Change]]
@@ -131,7 +131,7 @@ def apply_coord_spectral_smoothing(
     >>> ms = pymeshlab.MeshSet()
     >>> ms.create_sphere()
     >>> report = mss.apply_coord_spectral_smoothing(ms, wavelength=pymeshlab.PercentageValue(10))
-    >>> report["method"], report["residual"] < 1e-7
+    >>> report["method"], report["residual"] < 1e-5
     ('exact', True)
     """  # noqa: D205 (what it does stands in the descriptor)
     return _moved(ms, Prepared.smooth, values, progress)
@@ -202,7 +202,7 @@ def compute_scalar_by_spectral_displacement(
     True
     """  # noqa: D205 (what it does stands in the descriptor)
     vertices, faces = pull(ms)
-    result = _smoothed(ms, Prepared.smooth, values, progress)
+    result = _smoothed(ms, vertices, faces, Prepared.smooth, values, progress)
     normals = vertex_normals(Surface(result.vertices, faces))
     quality = by_place(vertices, ((result.vertices - vertices) * normals).sum(axis=1))
     output = {"rms": float(np.sqrt((quality**2).mean())), "min": float(quality.min()), "max": float(quality.max())}
@@ -236,15 +236,20 @@ def _moved(
     ms: pymeshlab.MeshSet, method: Callable[..., SmoothingResult], values: dict[str, Any], progress: Progress | None
 ) -> tuple[dict[str, Any], Change]:
     """The evidence as a dict, and the new vertices."""
-    evidence = dict(vars(_smoothed(ms, method, values, progress)))
-    return evidence, Change(vertices=evidence.pop("vertices"))
+    vertices, faces = pull(ms)
+    evidence = dict(vars(_smoothed(ms, vertices, faces, method, values, progress)))
+    return evidence, Change(vertices=in_one_pass(vertices, evidence.pop("vertices")))
 
 
 def _smoothed(
-    ms: pymeshlab.MeshSet, method: Callable[..., SmoothingResult], values: dict[str, Any], progress: Progress | None
+    ms: pymeshlab.MeshSet,
+    vertices: Floats,
+    faces: Integers,
+    method: Callable[..., SmoothingResult],
+    values: dict[str, Any],
+    progress: Progress | None,
 ) -> SmoothingResult:
     """What a method of :class:`Prepared` makes of the current mesh, a filter's values turned into its arguments."""
-    vertices, faces = pull(ms)
     if values.pop("selected", False):
         values["mask"] = _selected(ms, "vertex_selection") | _selected(ms, "face_selection")
     if "features" in values:

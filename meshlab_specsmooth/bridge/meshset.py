@@ -91,6 +91,35 @@ def push_quality(ms: pymeshlab.MeshSet, quality: Floats) -> Floats:
     return written
 
 
+def in_one_pass(before: Floats, wanted: Floats) -> Floats:
+    """The coordinates closest to those wanted that MeshLab's morph reaches in a single pass, to the bit.
+
+    It moves v to v + (t - v), which rounds where t is much smaller than v, as when a vertex crosses a coordinate plane.
+    What is reached differs from what was wanted by no more than the last bit of the larger of both.
+
+    Parameters
+    ----------
+    before, wanted : (n, 3) float64
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from meshlab_specsmooth.bridge.meshset import in_one_pass
+    >>> before, wanted = np.array([[1.0, 1.0, 1.0]]), np.array([[1.5, 0.1, -1e-20]])
+    >>> reached = in_one_pass(before, wanted)
+    >>> np.array_equal(before + (reached - before), reached), bool(abs(reached - wanted).max() < 2**-53)
+    (True, True)
+    """
+    reached = wanted - before
+    reached += before
+    rounded = reached != wanted
+    if rounded.any():
+        v, t = before[rounded], reached[rounded]
+        # once more, as t - v may round as well where t is the larger one
+        reached[rounded] = v + (t - v)
+    return reached
+
+
 def by_place(vertices: Floats, quality: Floats) -> Floats:
     """Quality of vertices, those at one place with the mean of theirs.
 
