@@ -16,6 +16,7 @@ from meshlab_specsmooth.surface import Floats
 
 # sums may be taken in any order, and a product and a sum in one rounding; nothing is assumed of NaN and infinity
 _compiled = functools.partial(numba.njit, nogil=True, cache=True, fastmath={"reassoc", "contract"})
+_inlined = functools.partial(numba.njit, inline="always")  # a call for each vertex would double a sweep's time
 
 
 class CompiledKernels:
@@ -77,7 +78,7 @@ class CompiledKernels:
         return first * blocks.ROWS, min(last * blocks.ROWS, self.size)
 
 
-@_compiled
+@_inlined
 def _around(i, indptr, indices, weights, X):  # type: ignore[no-untyped-def]
     """The three sums of w_ij X_j over the neighbours j of vertex i."""
     k, end = indptr[i], indptr[i + 1]
@@ -112,7 +113,10 @@ def _around(i, indptr, indices, weights, X):  # type: ignore[no-untyped-def]
 def _step(low, high, indptr, indices, weights, degree, X, now, before, factor, share):  # type: ignore[no-untyped-def]
     for i in range(low, high):
         s0, s1, s2 = _around(i, indptr, indices, weights, now)
-        f = -factor / degree[i]
+        if weights is None:
+            f = -factor / (indptr[i + 1] - indptr[i])  # read already, and the degrees are not
+        else:
+            f = -factor / degree[i]
         before[i, 0] = f * s0 - before[i, 0] + share * X[i, 0]
         before[i, 1] = f * s1 - before[i, 1] + share * X[i, 1]
         before[i, 2] = f * s2 - before[i, 2] + share * X[i, 2]
