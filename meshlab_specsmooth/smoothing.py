@@ -14,6 +14,7 @@ from meshlab_specsmooth.errors import InvalidParameter, check_name
 from meshlab_specsmooth.graph import order
 from meshlab_specsmooth.graph.build import of_mesh
 from meshlab_specsmooth.graph.laplacian import Laplacian
+from meshlab_specsmooth.memory import require
 from meshlab_specsmooth.operators import LAPLACIANS, Gram, gram_of_barycenters, laplacian_of_kind
 from meshlab_specsmooth.reconstruction import Constraints, Solution, passed_on, solve
 from meshlab_specsmooth.region import BOUNDARIES, Rim, blend, rim, weights
@@ -27,6 +28,13 @@ from meshlab_specsmooth.surface import Floats, Integers, Surface
 # The default cut-off: waves of 20 edges are shape on any mesh that resolves its shape at all, waves of a few edges are
 # where noise is.
 DEFAULT_WAVELENGTH_IN_EDGES = 20.0
+
+# What a call takes of memory at its peak, beyond the arrays that it is given: measured by scripts/benchmark_speed.py as
+# less than this on large meshes, with scipy's kernels, which need more. A copy of the input is in it.
+BYTES_PER_VERTEX = 600
+
+# Share of the time of a call that goes into what does not depend on the parameters
+_ASSEMBLY = 0.25
 
 # How far the polynomial may put the displacement of any mode off, relative to the mode's differential coordinates,
 # which are of the displacement's size; and that of a plain low-pass, relative to positions, which are up to a thousand
@@ -281,9 +289,11 @@ class Prepared:
         passes = _whole("passes", passes)
         displacement = np.zeros((1, 1))
         solutions = []
+        # an iteration of the least squares takes as long as three sweeps, and they are some seven over the weight
+        sweeping = across.filter.degree / (across.filter.degree + 3 * (7 / min(weight, 1.0) + 2))
         for number in range(passes):
-            step_2 = part(progress, number / passes, 0.5 / passes)
-            step_3 = part(progress, (number + 0.5) / passes, 0.5 / passes)
+            step_2 = part(progress, number / passes, sweeping / passes)
+            step_3 = part(progress, (number + sweeping) / passes, (1 - sweeping) / passes)
             V = self.positions + displacement if number else self.positions
             delta = self.L @ V
             delta *= region.rows
@@ -448,11 +458,16 @@ def prepare(vertices: npt.ArrayLike, faces: npt.ArrayLike, *, laplacian: str = _
     return replace(prepared, modes=density.measure(prepared.L))
 
 
-def assemble(vertices: npt.ArrayLike, faces: npt.ArrayLike, laplacian: str) -> Prepared:
+def assemble(
+    vertices: npt.ArrayLike, faces: npt.ArrayLike, laplacian: str, progress: Progress | None = None
+) -> Prepared:
     """What every run needs, and nothing that only saves time when there are many: see :func:`prepare`."""
+    report = progress or (lambda fraction: None)
     surface = Surface(vertices, faces)  # type: ignore[arg-type]  # the gate takes anything and says what is wrong
     check_name("laplacian", laplacian, LAPLACIANS)
     V, F = surface.vertices, surface.faces
+    require(BYTES_PER_VERTEX * len(V), f"smoothing {len(V)} vertices")
+    report(0.2)
     # a face whose three corners are one vertex has no edge, and its barycentre no say
     has_side = (F[:, 0] != F[:, 1]) | (F[:, 1] != F[:, 2])
     if not has_side.all():
@@ -465,9 +480,12 @@ def assemble(vertices: npt.ArrayLike, faces: npt.ArrayLike, laplacian: str) -> P
     number = np.empty(len(V), dtype=np.int32)  # of each moving vertex among them
     number[moving] = np.arange(len(moving), dtype=np.int32)
     F = number[F]
+    report(0.4)
     mesh = of_mesh(F, len(moving))
+    report(0.8)
     positions, exponent = _normalised(V[moving])
     L = laplacian_of_kind(laplacian, mesh, positions, F)
+    report(1.0)
     return Prepared(
         surface,
         moving.astype(np.int32),
@@ -554,7 +572,7 @@ def smooth(
     NotConverged
         The least squares did not reach its tolerance.
     TooLarge
-        ``method="exact"`` on a mesh whose eigenvectors would not fit in memory.
+        A mesh that would not fit in memory, or whose eigenvectors would not, with ``method="exact"``.
 
     Examples
     --------
@@ -567,7 +585,7 @@ def smooth(
     ('exact', 4, True)
     """
     start = time.perf_counter()
-    result = assemble(vertices, faces, laplacian).smooth(
+    result = assemble(vertices, faces, laplacian, part(progress, 0.0, _ASSEMBLY)).smooth(
         modes=modes,
         wavelength=wavelength,
         response=response,
@@ -578,7 +596,7 @@ def smooth(
         mask=mask,
         features=features,
         feature_gain=feature_gain,
-        progress=progress,
+        progress=part(progress, _ASSEMBLY, 1 - _ASSEMBLY),
     )
     return replace(result, seconds=time.perf_counter() - start)
 
@@ -613,8 +631,13 @@ def low_pass(
            [1., 1., 0.]])
     """
     start = time.perf_counter()
-    result = assemble(vertices, faces, laplacian).low_pass(
-        modes=modes, wavelength=wavelength, response=response, method=method, mask=mask, progress=progress
+    result = assemble(vertices, faces, laplacian, part(progress, 0.0, _ASSEMBLY)).low_pass(
+        modes=modes,
+        wavelength=wavelength,
+        response=response,
+        method=method,
+        mask=mask,
+        progress=part(progress, _ASSEMBLY, 1 - _ASSEMBLY),
     )
     return replace(result, seconds=time.perf_counter() - start)
 
@@ -660,7 +683,7 @@ def enhance(
     True
     """
     start = time.perf_counter()
-    result = assemble(vertices, faces, laplacian).enhance(
+    result = assemble(vertices, faces, laplacian, part(progress, 0.0, _ASSEMBLY)).enhance(
         longest=longest,
         shortest=shortest,
         gain=gain,
@@ -670,7 +693,7 @@ def enhance(
         boundary=boundary,
         mask=mask,
         features=features,
-        progress=progress,
+        progress=part(progress, _ASSEMBLY, 1 - _ASSEMBLY),
     )
     return replace(result, seconds=time.perf_counter() - start)
 

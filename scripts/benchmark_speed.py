@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Speed, as ratios in one run: against MeshLab's own filters, the book way, scipy's eigensolver, and the memory's speed.
+"""Speed, as ratios in one run: against MeshLab's filters, the book way, scipy's eigensolver, the memory's own speed.
 
 python3 scripts/benchmark_speed.py                    everything; a quarter of an hour on two cores
 python3 scripts/benchmark_speed.py --only bridge      one measure (see --help)

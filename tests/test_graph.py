@@ -2,13 +2,14 @@
 
 import subprocess
 import sys
+from unittest import mock
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth.graph import blocks, kernels, order
+from meshlab_specsmooth.graph import blocks, build, counting, kernels, order
 from meshlab_specsmooth.graph.build import of_mesh, weighted
 from meshlab_specsmooth.graph.compiled import CompiledKernels
 from meshlab_specsmooth.graph.laplacian import Laplacian, laplacian
@@ -28,9 +29,10 @@ def graph_of(mesh, kind="uniform"):
     return laplacian_of_kind(kind, of_mesh(F, len(V)), V, F).graph
 
 
+@pytest.mark.parametrize("implementation", [build.neighbours, counting.neighbours])
 @settings(deadline=None)
 @given(mesh=meshes())
-def test_the_graph_has_the_edges_of_the_mesh_and_counts_their_faces(mesh):
+def test_the_graph_has_the_edges_of_the_mesh_and_counts_their_faces(implementation, mesh):
     V, F = mesh
     surface = Surface(V, F)
     ends, face_count = edges(surface)
@@ -39,7 +41,8 @@ def test_the_graph_has_the_edges_of_the_mesh_and_counts_their_faces(mesh):
         return
     number = np.cumsum(np.isin(np.arange(len(V)), used)) - 1
     has_side = (F != F[:, [1, 2, 0]]).any(axis=1)
-    graph = of_mesh(number[F[has_side]].astype(np.int32), len(used))
+    with mock.patch.object(build, "_best_neighbours", return_value=implementation):
+        graph = of_mesh(number[F[has_side]].astype(np.int32), len(used))
     assert np.array_equal(graph.ends(), number[ends])
     assert np.array_equal(graph.boundary(), number[ends[face_count == 1]])
     counts = graph.graph.adjacency(graph.face_count).toarray()
@@ -49,6 +52,26 @@ def test_the_graph_has_the_edges_of_the_mesh_and_counts_their_faces(mesh):
     np.add.at(incidence, (np.repeat(np.arange(has_side.sum()), 3), number[F[has_side]].ravel()), 1)
     assert np.array_equal(np.diag(incidence.T @ incidence), graph.corner_count)
     assert np.array_equal(graph.graph.degree[:, 0], (counts > 0).sum(axis=1))
+
+
+@pytest.mark.parametrize("mesh", [*MESHES.values(), LARGE, *flaws(sheet(5, 4)).values()])
+def test_neighbours_by_the_counting_sort_are_those_of_the_reference(mesh):
+    V, F = mesh
+    for ours, reference in zip(
+        *(f(F.astype(np.int32), len(V)) for f in (counting.neighbours, build.neighbours)), strict=True
+    ):
+        assert np.array_equal(ours, reference)
+        assert ours.dtype == reference.dtype == np.int32
+
+
+def test_a_hub_of_very_many_faces_is_sorted_in_time():
+    # by insertion this would take a minute
+    rim = np.arange(1, 300_001)
+    F = np.stack([np.zeros_like(rim), np.roll(rim, 1), rim], axis=1)[np.random.default_rng(0).permutation(len(rim))]
+    indptr, indices, face_count = counting.neighbours(F.astype(np.int32), len(rim) + 1)
+    assert np.array_equal(indices[: indptr[1]], rim)
+    assert (np.diff(indptr)[1:] == 3).all()
+    assert face_count[0] == 2
 
 
 def test_a_weighted_graph_is_symmetric_whichever_way_its_edges_are_given():
@@ -113,7 +136,9 @@ def test_the_whole_filter_is_the_same_without_the_extra(monkeypatch):
     given_ = {"modes": 30, "boundary": "curve", "method": "chebyshev"}
     mesh = rough(sheet(40, 30))
     compiled = mss.smooth(*mesh, **given_)
-    monkeypatch.setitem(sys.modules, "meshlab_specsmooth.graph.compiled", None)  # as if numba could not be imported
+    for module in ("compiled", "counting"):  # as if numba could not be imported
+        monkeypatch.setitem(sys.modules, f"meshlab_specsmooth.graph.{module}", None)
+    monkeypatch.delattr("meshlab_specsmooth.graph.counting")
     reference = mss.smooth(*mesh, **given_)
     assert (compiled.kernels, reference.kernels) == ("numba", "scipy")
     assert np.abs(compiled.vertices - reference.vertices).max() < 1e-12 * np.abs(mesh[0]).max()

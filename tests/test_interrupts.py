@@ -224,9 +224,9 @@ class Result:
     pass
 
 
-def without_numbers(ms, method, values, progress):
+def without_numbers(ms, vertices, faces, method, values, progress):
     result = Result()
-    result.vertices = ms.current_mesh().vertex_matrix() * moves.uniform(0.5, 2) - moves.uniform(-1, 1)
+    result.vertices = vertices * moves.uniform(0.5, 2) - moves.uniform(-1, 1)
     return result
 
 

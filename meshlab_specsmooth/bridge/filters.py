@@ -25,13 +25,20 @@ from meshlab_specsmooth.bridge.meshset import Change, by_place, in_one_pass, pul
 from meshlab_specsmooth.bridge.parameters import RefusedParameter, resolve
 from meshlab_specsmooth.descriptors import Descriptor
 from meshlab_specsmooth.errors import InvalidParameter
-from meshlab_specsmooth.smoothing import Prepared, SmoothingResult, assemble
-from meshlab_specsmooth.spectral.progress import Progress
+from meshlab_specsmooth.memory import require
+from meshlab_specsmooth.smoothing import BYTES_PER_VERTEX, Prepared, SmoothingResult, assemble
+from meshlab_specsmooth.spectral.progress import Progress, part
 from meshlab_specsmooth.spectrum import spectrum
 from meshlab_specsmooth.surface import Floats, Integers, Surface, vertex_normals
 
 Filter = Callable[..., dict[str, Any]]
 Implementation = Callable[[pymeshlab.MeshSet, dict[str, Any], Progress | None], tuple[dict[str, Any], Change]]
+
+# Where a call stands, as shares of its time, when the operators are made, and when what remains is to write the result
+_ASSEMBLY, _WRITING = 0.2, 0.65
+
+# What pymeshlab takes for a moment when new coordinates are written: two point clouds, and the old coordinates
+_WRITING_BYTES_PER_VERTEX = 205
 
 #: Our filters by Python name.
 FILTERS: dict[str, Filter] = {}
@@ -84,7 +91,11 @@ def mesh_filter(implementation: Implementation) -> Filter:
             output, change = implementation(ms, dict(values), progress)
         except InvalidParameter as error:
             raise RefusedParameter(str(error)) from error
+        if progress is not None:
+            progress(_WRITING)
         write(ms, replace(change, step=scripts.step_of(descriptor, values)), verbosity)
+        if progress is not None:
+            progress(1.0)
         if "seconds" in output:
             output["seconds"] = time.perf_counter() - start
         return output
@@ -236,6 +247,8 @@ def _moved(
     ms: pymeshlab.MeshSet, method: Callable[..., SmoothingResult], values: dict[str, Any], progress: Progress | None
 ) -> tuple[dict[str, Any], Change]:
     """The evidence as a dict, and the new vertices."""
+    n = ms.current_mesh().vertex_number()
+    require((BYTES_PER_VERTEX + _WRITING_BYTES_PER_VERTEX) * n, f"smoothing {n} vertices of a MeshSet")
     vertices, faces = pull(ms)
     evidence = dict(vars(_smoothed(ms, vertices, faces, method, values, progress)))
     return evidence, Change(vertices=in_one_pass(vertices, evidence.pop("vertices")))
@@ -257,8 +270,8 @@ def _smoothed(
     for length in ("modes", "wavelength", "longest", "shortest"):
         if values.get(length) == 0:  # zero stands for "not given", as a filter's parameters all have a value
             del values[length]
-    prepared = assemble(vertices, faces, values.pop("laplacian"))
-    return method(prepared, **values, progress=progress)
+    prepared = assemble(vertices, faces, values.pop("laplacian"), part(progress, 0.0, _ASSEMBLY))
+    return method(prepared, **values, progress=part(progress, _ASSEMBLY, _WRITING - _ASSEMBLY))
 
 
 def _selected(ms: pymeshlab.MeshSet, what: str) -> npt.NDArray[np.bool_]:

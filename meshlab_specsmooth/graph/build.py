@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -104,19 +105,36 @@ def of_mesh(F: Integers, n: int) -> MeshGraph:
     n : int
         Number of vertices.
     """
+    indptr, indices, face_count = _best_neighbours()(F, n)
+    # a side that joins a vertex to itself is in two corners of its face
+    corner_count = np.bincount(F.ravel(), minlength=n).astype(np.int32)
+    for k in range(3):
+        loop = F[F[:, k] == F[:, k - 1], k]
+        if len(loop):
+            np.add.at(corner_count, loop, 2)
+    degree = np.diff(indptr).astype(np.float64)[:, None]
+    return MeshGraph(Graph(indptr, indices, None, degree), face_count, corner_count)
+
+
+def neighbours(F: Integers, n: int) -> tuple[Integers, Integers, Integers]:
+    """``indptr``, ``indices`` and ``face_count`` of the mesh's graph: the reference, by scipy's conversion to rows."""
     start, end = F.ravel(), F[:, [1, 2, 0]].ravel()
-    loop = start == end
-    corner_count = np.bincount(start, minlength=n)
-    if loop.any():
-        corner_count += 2 * np.bincount(start[loop], minlength=n)
-        start, end = start[~loop], end[~loop]
-    # Counting sort, by way of scipy's conversion to rows. Duplicates are added up, so the data count faces.
+    side = start != end
+    start, end = start[side], end[side]
+    # duplicates are added up, so the data count faces
     there = coo_array((np.ones(len(start), dtype=np.int32), (start, end)), shape=(n, n)).tocsr()
     there.sum_duplicates()  # and sorts, without which the sum would take five times as long
     both = there + there.T.tocsr()
-    indptr, indices = both.indptr.astype(np.int32, copy=False), both.indices.astype(np.int32, copy=False)
-    degree = np.diff(indptr).astype(np.float64)[:, None]
-    return MeshGraph(Graph(indptr, indices, None, degree), both.data, corner_count.astype(np.int32))
+    return both.indptr.astype(np.int32, copy=False), both.indices.astype(np.int32, copy=False), both.data
+
+
+def _best_neighbours() -> Callable[[Integers, int], tuple[Integers, Integers, Integers]]:
+    """The compiled one where the extra ``fast`` is installed."""
+    try:
+        from meshlab_specsmooth.graph import counting
+    except ImportError:
+        return neighbours
+    return counting.neighbours
 
 
 def weighted(n: int, ends: Integers, weight: Floats) -> Graph:

@@ -113,10 +113,8 @@ def _around(i, indptr, indices, weights, X):  # type: ignore[no-untyped-def]
 def _step(low, high, indptr, indices, weights, degree, X, now, before, factor, share):  # type: ignore[no-untyped-def]
     for i in range(low, high):
         s0, s1, s2 = _around(i, indptr, indices, weights, now)
-        if weights is None:
-            f = -factor / (indptr[i + 1] - indptr[i])  # read already, and the degrees are not
-        else:
-            f = -factor / degree[i]
+        # the number of neighbours was read already, and the degree was not
+        f = -factor / (indptr[i + 1] - indptr[i] if weights is None else degree[i])
         before[i, 0] = f * s0 - before[i, 0] + share * X[i, 0]
         before[i, 1] = f * s1 - before[i, 1] + share * X[i, 1]
         before[i, 2] = f * s2 - before[i, 2] + share * X[i, 2]
