@@ -47,6 +47,7 @@ _WEIGHT = SMOOTHING_DEFAULTS.number("barycenter_weight")
 _PASSES = int(SMOOTHING_DEFAULTS.number("passes"))
 _LAPLACIAN = SMOOTHING_DEFAULTS.text("laplacian")
 _METHOD = SMOOTHING_DEFAULTS.text("method")
+_COUNTING = SMOOTHING_DEFAULTS.text("counting")
 _BOUNDARY = SMOOTHING_DEFAULTS.text("boundary")
 _FEATURE_GAIN = SMOOTHING_DEFAULTS.number("feature_gain")
 _ENHANCING_RESPONSE = ENHANCEMENT_DEFAULTS.text("response")
@@ -175,6 +176,7 @@ class Prepared:
         barycenter_weight: float = _WEIGHT,
         passes: int = _PASSES,
         method: str = _METHOD,
+        counting: str = _COUNTING,
         boundary: str = _BOUNDARY,
         mask: npt.ArrayLike | None = None,
         features: npt.ArrayLike | None = None,
@@ -188,7 +190,7 @@ class Prepared:
         kept = 0.0 if features is None else feature_gain * self._weights("features", features)
         region = self._region(boundary, mask, 1.0 - kept)
         _check_weight(barycenter_weight)
-        low_pass = self._design(modes, wavelength, response, method, DISPLACEMENT_TOLERANCE, barycenter_weight)
+        low_pass = self._design(modes, wavelength, response, method, counting, barycenter_weight)
         longest = wavelength_in_edges(low_pass.cutoff.eigenvalue)
         along = self._along_rim(
             boundary,
@@ -263,12 +265,13 @@ class Prepared:
         wavelength: float | None = None,
         response: str = _RESPONSE,
         method: str = _METHOD,
+        counting: str = _COUNTING,
         mask: npt.ArrayLike | None = None,
         progress: Progress | None = None,
     ) -> SmoothingResult:
         """As :func:`low_pass`, without preparing anew."""
         start = time.perf_counter()
-        low_pass = self._design(modes, wavelength, response, method, POSITION_TOLERANCE, None)
+        low_pass = self._design(modes, wavelength, response, method, counting, None)
         displacement = low_pass.filter.apply(self.L, self.positions, progress) - self.positions
         if mask is not None:
             displacement *= blend(self.L, self._weights("mask", mask))
@@ -319,7 +322,7 @@ class Prepared:
         wavelength: float | None,
         response: str,
         method: str,
-        tolerance: float,
+        counting: str,
         weight: float | None,
     ) -> Design:
         size: float
@@ -338,7 +341,8 @@ class Prepared:
             by=by,
             name=response,
             method=method,
-            tolerance=tolerance,
+            counting=counting,
+            tolerance=POSITION_TOLERANCE if weight is None else DISPLACEMENT_TOLERANCE,
             passed_on=seen,
             modes=self.modes,
         )
@@ -510,6 +514,7 @@ def smooth(
     passes: int = _PASSES,
     laplacian: str = _LAPLACIAN,
     method: str = _METHOD,
+    counting: str = _COUNTING,
     boundary: str = _BOUNDARY,
     mask: npt.ArrayLike | None = None,
     features: npt.ArrayLike | None = None,
@@ -543,6 +548,9 @@ def smooth(
         See :func:`meshlab_specsmooth.operators.laplacian`.
     method : {"auto", "exact", "chebyshev"}
         How h(L) is applied: with eigenvectors, or with a polynomial; ``"auto"`` is exact up to 1000 vertices.
+    counting : {"estimated", "exact"}
+        How ``modes`` becomes a cut-off: from the density of modes, with the error that the result states, or by a few
+        sparse factorisations; up to 1000 vertices it is always exact.
     boundary : {"fixed", "curve", "free"}
         What happens at the boundary of an open surface: it stays; its curve is smoothed along itself, by the same three
         steps, except small holes (shorter round than the wavelength), which stay; or it is smoothed like the rest,
@@ -592,6 +600,7 @@ def smooth(
         barycenter_weight=barycenter_weight,
         passes=passes,
         method=method,
+        counting=counting,
         boundary=boundary,
         mask=mask,
         features=features,
@@ -610,6 +619,7 @@ def low_pass(
     response: str = _RESPONSE,
     laplacian: str = _LAPLACIAN,
     method: str = _METHOD,
+    counting: str = _COUNTING,
     mask: npt.ArrayLike | None = None,
     progress: Progress | None = None,
 ) -> SmoothingResult:
@@ -636,6 +646,7 @@ def low_pass(
         wavelength=wavelength,
         response=response,
         method=method,
+        counting=counting,
         mask=mask,
         progress=part(progress, _ASSEMBLY, 1 - _ASSEMBLY),
     )

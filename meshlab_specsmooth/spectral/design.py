@@ -8,13 +8,14 @@ from dataclasses import dataclass
 from meshlab_specsmooth.errors import check_name
 from meshlab_specsmooth.graph.laplacian import Laplacian
 from meshlab_specsmooth.response import Response, band, response
-from meshlab_specsmooth.spectral import SpectralFilter, density, eigenbasis
+from meshlab_specsmooth.spectral import SpectralFilter, density, eigenbasis, inertia
 from meshlab_specsmooth.spectral.chebyshev import approximate
 from meshlab_specsmooth.spectral.cutoff import Cutoff, from_wavelength
 from meshlab_specsmooth.spectral.density import Density
 from meshlab_specsmooth.surface import Floats
 
 METHODS = ("auto", "exact", "chebyshev")
+COUNTINGS = ("estimated", "exact")
 
 #: From eigenvalues to the share of a polynomial's error there that matters.
 PassedOn = Callable[[Floats], Floats]
@@ -47,6 +48,7 @@ def design(
     name: str,
     method: str,
     tolerance: float,
+    counting: str = "estimated",
     passed_on: PassedOn | None = None,
     modes: Density | None = None,
 ) -> Design:
@@ -65,6 +67,8 @@ def design(
         ``auto`` is exact up to :data:`eigenbasis.DENSE_VERTICES` vertices.
     tolerance, passed_on
         Error allowed to a polynomial, see :func:`meshlab_specsmooth.spectral.chebyshev.approximate`.
+    counting : {"estimated", "exact"}
+        How a number of modes becomes a cut-off above :data:`eigenbasis.DENSE_VERTICES` vertices, for a polynomial.
     modes : Density, optional
         Where the modes of L lie, if that was measured already.
 
@@ -76,6 +80,7 @@ def design(
         An eigenbasis that would not fit in memory.
     """
     n = L.size
+    check_name("counting", counting, COUNTINGS)
     if not _is_exact(method, n):
         if by == "wavelength":
             cutoff = from_wavelength(size, n)
@@ -83,6 +88,8 @@ def design(
             cutoff = eigenbasis.complete(L.graph.symmetric_laplacian()).cutoff(int(size))
         else:
             cutoff = density.cutoff_of_modes(L, int(size)) if modes is None else modes.cutoff(int(size))
+            if counting == "exact":
+                cutoff = inertia.cutoff_of_modes(L.graph.symmetric_laplacian(), int(size), cutoff)
         h = response(name, cutoff.eigenvalue)
         return Design(approximate(h, tolerance, passed_on), h, cutoff, "chebyshev")
     S = L.graph.symmetric_laplacian()

@@ -1,0 +1,123 @@
+import functools
+
+import numpy as np
+import pytest
+
+import meshlab_specsmooth as mss
+from meshlab_specsmooth.operators import laplacian
+from meshlab_specsmooth.spectral import eigenbasis, inertia
+from meshlab_specsmooth.spectral.cutoff import Cutoff
+from meshlab_specsmooth.surface import edges
+from tests.meshes import TETRAHEDRON, rough, sheet, together, torus, torus_graph
+
+
+def fan(count):
+    """Triangles that share one vertex: a few eigenvalues, most of them equal."""
+    return np.zeros((2 * count + 1, 3)), np.array([[0, 2 * i + 1, 2 * i + 2] for i in range(count)])
+
+
+def book(count):
+    """Triangles that share one edge."""
+    return np.zeros((count + 2, 3)), np.array([[0, 1, i + 2] for i in range(count)])
+
+
+MESHES = {
+    "rough": lambda: rough(sheet(50, 30)),
+    "multiplicity twelve": lambda: (np.zeros((1600, 3)), torus_graph(40, 40)),
+    "components": lambda: together(torus(40, 30), torus(40, 30), TETRAHEDRON),
+    "long and narrow": lambda: sheet(400, 4),
+    "fan": lambda: fan(700),
+    "book": lambda: book(1400),
+}
+
+
+@functools.cache
+def twin(name):
+    surface = mss.Surface(*MESHES[name]())
+    return laplacian(surface, edges(surface)[0]).S
+
+
+@functools.cache
+def known(name):
+    return np.linalg.eigvalsh(twin(name).toarray())
+
+
+@pytest.mark.parametrize("name", MESHES)
+@pytest.mark.parametrize("count", [1, 2, 39, 100, 240])
+def test_the_basis_is_that_of_the_dense_solver_with_no_eigenvalue_missed(name, count):
+    S = twin(name)
+    assert S.shape[0] > eigenbasis.DENSE_VERTICES
+    basis = eigenbasis.lowest(S, count)
+    U = basis.vectors
+    assert U.shape == (S.shape[0], count)
+    assert basis.eigenvalues == pytest.approx(known(name)[:count], abs=1e-11)
+    assert np.linalg.norm(S @ U - U * basis.eigenvalues, axis=0).max() < 1e-8
+    assert abs(U.T @ U - np.eye(count)).max() < 1e-9
+
+
+def test_the_null_vector_of_a_surface_is_exactly_zero():
+    assert eigenbasis.lowest(twin("rough"), 5).eigenvalues[0] == 0
+
+
+def test_two_runs_agree_to_the_bit():
+    one, two = (eigenbasis.lowest(twin("multiplicity twelve"), 60) for _ in range(2))
+    assert (one.eigenvalues == two.eigenvalues).all()
+    assert (one.vectors == two.vectors).all()
+
+
+def test_what_one_krylov_space_misses_is_found_by_the_count(monkeypatch):
+    # a space that stops as soon as it can holds four of twelve copies
+    monkeypatch.setattr(eigenbasis, "_BASIS_LEAST", 8)
+    S = twin("multiplicity twelve")
+    assert eigenbasis.lowest(S, 109).eigenvalues == pytest.approx(known("multiplicity twelve")[:109], abs=1e-11)
+
+
+def test_a_space_too_small_for_any_eigenpair_is_said(monkeypatch):
+    monkeypatch.setattr(eigenbasis, "_BASIS", 0)
+    monkeypatch.setattr(eigenbasis, "_BASIS_LEAST", 8)
+    with pytest.raises(mss.NotConverged, match="of the 20 lowest eigenpairs of 1500 vertices, 20 were not found"):
+        eigenbasis.lowest(twin("rough"), 20)
+
+
+def test_eigenpairs_that_are_not_accurate_are_said(monkeypatch):
+    monkeypatch.setattr(eigenbasis, "_WANTED_RESIDUAL", 1e-3)
+    with pytest.raises(mss.NotConverged, match=r"residuals up to .*e-.*, not 1e-08"):
+        eigenbasis.lowest(twin("rough"), 20)
+
+
+@pytest.mark.parametrize("name", ["rough", "components"])
+@pytest.mark.parametrize("work", [
+    lambda S, p: eigenbasis.lowest(S, 40, p),
+    lambda S, p: eigenbasis.covering(S, 40, p),
+    lambda S, p: eigenbasis.below(S, Cutoff(0.2, 3.0, 0.0), p),
+    eigenbasis.complete,
+])  # fmt: skip
+def test_progress_rises_to_one(name, work):
+    told = []
+    work(twin(name), told.append)
+    assert told == sorted(told)
+    assert 0 <= told[0] <= told[-1] == pytest.approx(1, abs=1e-12)
+
+
+def test_progress_is_told_often_and_an_interrupt_ends_the_work():
+    told = []
+    eigenbasis.lowest(twin("rough"), 100, told.append)
+    assert max(np.diff([0, *told])) < 0.5
+    assert len(told) > 20
+
+    def interrupt(fraction):
+        if fraction > 0.2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        eigenbasis.lowest(twin("rough"), 100, interrupt)
+
+
+def test_the_memory_counted_is_the_work_space_and_the_factorisation_too(monkeypatch):
+    S = twin("rough")
+    vectors = 8 * 1500 * 100
+    monkeypatch.setattr(eigenbasis, "MEMORY_LIMIT", 3 * vectors + inertia.factor_bytes(1500))
+    with pytest.raises(mss.TooLarge, match=r"100 eigenvectors of 1500 vertices need .* use method='chebyshev'"):
+        eigenbasis.lowest(S, 100)
+    monkeypatch.setattr(eigenbasis, "MEMORY_LIMIT", 8 * vectors + inertia.factor_bytes(1500))
+    assert len(eigenbasis.lowest(S, 100).eigenvalues) == 100
