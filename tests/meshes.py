@@ -5,6 +5,10 @@ from __future__ import annotations
 import hypothesis.strategies as st
 import numpy as np
 import numpy.typing as npt
+from scipy.sparse import csr_array
+
+from meshlab_specsmooth.graph.build import of_mesh
+from meshlab_specsmooth.graph.laplacian import Laplacian, laplacian
 
 Mesh = tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]
 
@@ -92,6 +96,17 @@ def flaws(mesh: Mesh) -> dict[str, Mesh]:
         "inconsistent orientation": (V, turned),
         "coincident vertices": (np.concatenate([V[:1], V[:1], V[2:]]), F),
     }
+
+
+def uniform(mesh: Mesh) -> Laplacian:
+    """The uniform Laplacian of a mesh; every vertex must have an edge."""
+    V, F = mesh
+    return laplacian(of_mesh(F.astype(np.int32), len(V)).graph)
+
+
+def twin(mesh: Mesh) -> csr_array:
+    """Its symmetric twin, as a matrix."""
+    return uniform(mesh).graph.symmetric_laplacian()
 
 
 @st.composite

@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth.operators import laplacian
 from meshlab_specsmooth.spectral import eigenbasis, inertia
 from meshlab_specsmooth.spectral.cutoff import Cutoff
-from meshlab_specsmooth.surface import edges
+from tests import meshes
 from tests.meshes import TETRAHEDRON, rough, sheet, together, torus, torus_graph
 
 
@@ -33,8 +32,7 @@ MESHES = {
 
 @functools.cache
 def twin(name):
-    surface = mss.Surface(*MESHES[name]())
-    return laplacian(surface, edges(surface)[0]).S
+    return meshes.twin(MESHES[name]())
 
 
 @functools.cache

@@ -3,16 +3,9 @@ import pytest
 from scipy.sparse import csr_array, eye_array
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth.operators import laplacian
 from meshlab_specsmooth.spectral import density, inertia
-from meshlab_specsmooth.spectral.cutoff import Cutoff
-from meshlab_specsmooth.surface import edges
-from tests.meshes import TETRAHEDRON, rough, sheet, together, torus, torus_eigenvalue, torus_graph
-
-
-def twin(mesh):
-    surface = mss.Surface(*mesh)
-    return laplacian(surface, edges(surface)[0]).S
+from meshlab_specsmooth.spectral.cutoff import WEYL, Cutoff, from_wavelength
+from tests.meshes import TETRAHEDRON, rough, sheet, together, torus, torus_eigenvalue, torus_graph, twin, uniform
 
 
 def flat_torus(nx, ny):
@@ -72,7 +65,7 @@ def test_rows_exchanged_around_a_zero_pivot_are_not_counted():
 def test_the_cutoff_has_exactly_so_many_modes_below_it_whatever_the_guess(modes, off):
     S = twin(rough(sheet(40, 30)))
     known = np.linalg.eigvalsh(S.toarray())
-    guess = density.cutoff_of_modes(S, modes)
+    guess = density.cutoff_of_modes(uniform(rough(sheet(40, 30))), modes)
     cutoff = inertia.cutoff_of_modes(S, modes, Cutoff(min(1.99, off * guess.eigenvalue), modes, guess.error))
     assert (cutoff.modes, cutoff.error) == (modes, 0)
     assert known[modes - 1] < cutoff.eigenvalue < known[modes]
@@ -81,15 +74,16 @@ def test_the_cutoff_has_exactly_so_many_modes_below_it_whatever_the_guess(modes,
 def test_equal_eigenvalues_stay_together():
     S, known = flat_torus(40, 30)
     for modes, kept in ((35, 35), (36, 39), (37, 39), (39, 39)):
-        cutoff = inertia.cutoff_of_modes(S, modes, density.cutoff_of_modes(S, modes))
+        cutoff = inertia.cutoff_of_modes(S, modes, from_wavelength(np.pi / np.sqrt(WEYL * modes / 1200), 1200))
         assert cutoff.modes == kept
         assert known[kept - 1] <= cutoff.eigenvalue < known[kept]
 
 
 def test_the_null_space_stays_together():
-    S = twin(together(torus(20, 12), torus(16, 12), TETRAHEDRON))
+    L = uniform(together(torus(20, 12), torus(16, 12), TETRAHEDRON))
+    S = L.graph.symmetric_laplacian()
     known = np.linalg.eigvalsh(S.toarray())
-    cutoff = inertia.cutoff_of_modes(S, 1, density.cutoff_of_modes(S, 1))
+    cutoff = inertia.cutoff_of_modes(S, 1, density.cutoff_of_modes(L, 1))
     assert cutoff.modes == 3
     assert known[2] < cutoff.eigenvalue < known[3]
 

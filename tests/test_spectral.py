@@ -4,26 +4,15 @@ import numpy as np
 import pytest
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth.graph.build import of_mesh
 from meshlab_specsmooth.graph.kernels import COLUMNS
-from meshlab_specsmooth.graph.laplacian import laplacian
 from meshlab_specsmooth.reconstruction import passed_on
 from meshlab_specsmooth.response import RESPONSES, band, heat, ideal, response
 from meshlab_specsmooth.spectral import chebyshev, density, eigenbasis
 from meshlab_specsmooth.spectral.cutoff import WEYL, Cutoff, from_wavelength, wavelength_in_edges
 from meshlab_specsmooth.spectral.design import design
-from tests.meshes import TETRAHEDRON, rough, sheet, together, torus, torus_eigenvalue, torus_graph
+from tests.meshes import TETRAHEDRON, rough, sheet, together, torus, torus_eigenvalue, torus_graph, twin, uniform
 
 SPECTRUM = np.linspace(0, 2, 4001)
-
-
-def of(mesh):
-    V, F = mesh
-    return laplacian(of_mesh(F.astype(np.int32), len(V)).graph)
-
-
-def twin(mesh):
-    return of(mesh).graph.symmetric_laplacian()
 
 
 def known_spectrum(nx, ny):
@@ -31,7 +20,7 @@ def known_spectrum(nx, ny):
 
 
 def flat(nx, ny):
-    return of((np.zeros((nx * ny, 3)), torus_graph(nx, ny)))
+    return uniform((np.zeros((nx * ny, 3)), torus_graph(nx, ny)))
 
 
 def flat_torus(nx, ny):
@@ -85,7 +74,7 @@ def test_a_cutoff_that_no_polynomial_can_follow_is_refused():
 
 @pytest.mark.parametrize("h", [heat(0.2), ideal(0.5), band(heat(0.1), heat(1.0)), ~heat(2.0) * ~heat(2.0)])
 def test_applying_the_series_is_applying_it_to_the_eigenvalues(h):
-    L = of(rough(sheet(7, 6)))
+    L = uniform(rough(sheet(7, 6)))
     values, U = np.linalg.eigh(L.graph.symmetric_laplacian().toarray())
     root = np.sqrt(L.degree)
     X = np.random.default_rng(1).standard_normal((len(values), 2))
@@ -152,12 +141,12 @@ def irregular_torus(nx, ny):
 
 
 MANY_MODES = {
-    "closed": lambda: of((np.zeros((120 * 90, 3)), torus_graph(120, 90))),
-    "irregular": lambda: of(irregular_torus(60, 40)),
-    "open": lambda: of(sheet(70, 50)),
-    "long and narrow": lambda: of(sheet(500, 6)),
-    "many components": lambda: of(together(torus(60, 40), *[TETRAHEDRON] * 200)),
-    "loose": lambda: of(together(*[TETRAHEDRON] * 300)),
+    "closed": lambda: uniform((np.zeros((120 * 90, 3)), torus_graph(120, 90))),
+    "irregular": lambda: uniform(irregular_torus(60, 40)),
+    "open": lambda: uniform(sheet(70, 50)),
+    "long and narrow": lambda: uniform(sheet(500, 6)),
+    "many components": lambda: uniform(together(torus(60, 40), *[TETRAHEDRON] * 200)),
+    "loose": lambda: uniform(together(*[TETRAHEDRON] * 300)),
 }
 SHARES = [0.004, 0.02, 0.1, 0.4, 0.9]
 # where all but the zeros are one eigenvalue there is no cut-off between them
@@ -306,7 +295,7 @@ def test_waves_shorter_than_the_mesh_can_carry_keep_everything():
 @pytest.mark.parametrize(("by", "size"), [("modes", 40), ("wavelength", 6.0)])
 @pytest.mark.parametrize("name", RESPONSES)
 def test_both_methods_cut_off_at_the_same_place(by, size, name):
-    L = of(rough(torus(20, 12)))
+    L = uniform(rough(torus(20, 12)))
     exact, series = (design(L, size, by=by, name=name, method=m, tolerance=1e-4) for m in ("exact", "chebyshev"))
     assert exact.cutoff.eigenvalue == pytest.approx(series.cutoff.eigenvalue, rel=1e-9)
     assert (exact.method, exact.filter.degree, exact.filter.error) == ("exact", 0, 0)
