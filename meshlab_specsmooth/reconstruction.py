@@ -107,9 +107,11 @@ class _NormalMatrix:
 
     def inverse_diagonal(self) -> Floats:
         """(n, 1): one over the diagonal of L^T R L + w^2 C^T C; L_ij = - w_ij / d_i."""
-        graph, d = self.L.graph, self.L.degree
-        squared = graph.adjacency(None if graph.weights is None else graph.weights**2)
-        return np.asarray(1 / (self.rows + squared @ (self.rows / d**2) + self.weight**2 * self.gram.diagonal))
+        v, sums = self.rows / self.L.degree**2, np.empty_like(self.rows)
+        blocks.in_threads(lambda i, j: self.L.kernels.squares(i, j, v, sums), len(v))
+        sums += self.rows
+        sums += self.weight**2 * self.gram.diagonal
+        return np.asarray(1 / sums)
 
 
 def solve(

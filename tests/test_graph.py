@@ -89,7 +89,7 @@ def outcomes(graph, make, n):
     rows, free = (rng.random((2, n, 1)) > 0.2).astype(float)
     m, gram = rng.random((2, n, 1)) + 0.5
     step, turn = rng.random((2, 3))
-    work, count = make(graph), blocks.count(n)
+    work, count, squares = make(graph), blocks.count(n), np.empty((n, 1))
     z, q, sums, six, lengths, inner = np.empty((n, 3)), np.empty((n, 3)), *(np.empty((count, k)) for k in (3, 6, 1, 2))
     work.step(0, count, X, now, before, 2.0, 0.3)
     work.differ(0, count, p, rows, 0.2, z)
@@ -98,7 +98,8 @@ def outcomes(graph, make, n):
     work.turn(0, count, step, turn, m, r, x, p)
     work.edge_lengths(0, count, X, lengths)
     work.inner_products(0, count, X, now, inner)
-    return before, q, sums, r, six, x, p, lengths, inner
+    work.squares(0, count, m, squares)
+    return before, q, sums, r, six, x, p, lengths, inner, squares
 
 
 @pytest.mark.parametrize("kind", ["uniform", "cotangent"])

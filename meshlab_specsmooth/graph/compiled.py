@@ -66,6 +66,9 @@ class CompiledKernels:
     ) -> None:
         _turn(*self._rows(first, last), step, turn, m[:, 0], r, x, p)
 
+    def squares(self, first: int, last: int, v: Floats, sums: Floats) -> None:  # noqa: D102
+        _squares(*self._rows(first, last), *self.graph, v[:, 0], sums[:, 0])
+
     def inner_products(self, first: int, last: int, X: Floats, Y: Floats, sums: Floats) -> None:  # noqa: D102
         for i in range(first, last):
             sums[i] = _inner_products(*self._rows(i, i + 1), self.degree, X, Y)
@@ -182,6 +185,15 @@ def _turn(low, high, step, turn, m, r, x, p):  # type: ignore[no-untyped-def]
         for k in range(3):
             x[i, k] += step[k] * p[i, k]
             p[i, k] = m[i] * r[i, k] + turn[k] * p[i, k]
+
+
+@_compiled
+def _squares(low, high, indptr, indices, weights, v, sums):  # type: ignore[no-untyped-def]
+    for i in range(low, high):
+        total = 0.0
+        for k in range(indptr[i], indptr[i + 1]):
+            total += v[indices[k]] if weights is None else weights[k] ** 2 * v[indices[k]]
+        sums[i] = total
 
 
 @_compiled

@@ -51,6 +51,9 @@ class Kernels(Protocol):
     ) -> None:
         """``x`` becomes x + p step, then ``p`` m r + p turn."""
 
+    def squares(self, first: int, last: int, v: Floats, sums: Floats) -> None:
+        """``sums``, (n, 1), becomes the sums of w_ij^2 v_j over the neighbours j."""
+
     def inner_products(self, first: int, last: int, X: Floats, Y: Floats, sums: Floats) -> None:
         """``sums`` becomes X . (D X) and X . (D Y), summed over the columns, in two columns."""
 

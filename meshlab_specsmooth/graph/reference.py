@@ -24,6 +24,7 @@ class ReferenceKernels:
         # one matrix for each block of rows, which share the arrays of the whole
         self.walk = _by_blocks(graph.adjacency(share))
         self.neighbours = None if graph.weights is None else _by_blocks(graph.adjacency(np.ones(len(share))))
+        self.squared = None if graph.weights is None else _by_blocks(graph.adjacency(graph.weights**2))
 
     def step(  # noqa: D102 (the protocol says it)
         self, first: int, last: int, X: Floats, now: Floats, before: Floats, factor: float, share: float
@@ -81,6 +82,10 @@ class ReferenceKernels:
             x[at] += step * p[at]
             p[at] *= turn
             p[at] += m[at] * r[at]
+
+    def squares(self, first: int, last: int, v: Floats, sums: Floats) -> None:  # noqa: D102
+        for i, at in self._blocks(first, last):
+            sums[at] = self.degree[at] * (self.walk[i] @ v) if self.squared is None else self.squared[i] @ v
 
     def inner_products(self, first: int, last: int, X: Floats, Y: Floats, sums: Floats) -> None:  # noqa: D102
         for i, at in self._blocks(first, last):

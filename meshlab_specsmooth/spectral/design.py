@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 from meshlab_specsmooth.errors import check_name
 from meshlab_specsmooth.graph.laplacian import Laplacian
 from meshlab_specsmooth.response import Response, band, response
 from meshlab_specsmooth.spectral import SpectralFilter, density, eigenbasis, inertia
-from meshlab_specsmooth.spectral.chebyshev import approximate
+from meshlab_specsmooth.spectral.chebyshev import PassedOn, approximate
 from meshlab_specsmooth.spectral.cutoff import Cutoff, from_wavelength
 from meshlab_specsmooth.spectral.density import Density
-from meshlab_specsmooth.surface import Floats
+from meshlab_specsmooth.spectral.progress import Progress
 
 METHODS = ("auto", "exact", "chebyshev")
 COUNTINGS = ("estimated", "exact")
-
-#: From eigenvalues to the share of a polynomial's error there that matters.
-PassedOn = Callable[[Floats], Floats]
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +47,7 @@ def design(
     counting: str = "estimated",
     passed_on: PassedOn | None = None,
     modes: Density | None = None,
+    progress: Progress | None = None,
 ) -> Design:
     """A low-pass for L.
 
@@ -71,6 +68,8 @@ def design(
         How a number of modes becomes a cut-off above :data:`eigenbasis.DENSE_VERTICES` vertices, for a polynomial.
     modes : Density, optional
         Where the modes of L lie, if that was measured already.
+    progress : callable, optional
+        Called with the fraction done, in [0, 1], while eigenvectors are computed.
 
     Raises
     ------
@@ -81,7 +80,7 @@ def design(
     """
     n = L.size
     check_name("counting", counting, COUNTINGS)
-    if not _is_exact(method, n):
+    if not is_exact(method, n):
         if by == "wavelength":
             cutoff = from_wavelength(size, n)
         elif n <= eigenbasis.DENSE_VERTICES:
@@ -95,11 +94,11 @@ def design(
     S = L.graph.symmetric_laplacian()
     # a step needs the modes that it keeps and one more to tell where it lies; the others have a tail, so they get all
     if name != "ideal":
-        basis = eigenbasis.complete(S)
+        basis = eigenbasis.complete(S, progress)
     elif by == "modes":
-        basis = eigenbasis.covering(S, int(size))
+        basis = eigenbasis.covering(S, int(size), progress)
     else:
-        basis = eigenbasis.below(S, from_wavelength(size, n))
+        basis = eigenbasis.below(S, from_wavelength(size, n), progress)
     cutoff = basis.cutoff(int(size)) if by == "modes" else from_wavelength(size, n)
     h = response(name, cutoff.eigenvalue)
     return Design(eigenbasis.Projection(basis, h), h, cutoff, "exact")
@@ -128,11 +127,12 @@ def design_band(
     n = L.size
     low, high = from_wavelength(longest, n), from_wavelength(shortest, n)
     h = band(response(name, low.eigenvalue), response(name, high.eigenvalue))
-    if _is_exact(method, n):
+    if is_exact(method, n):
         return Design(eigenbasis.Projection(eigenbasis.complete(L.graph.symmetric_laplacian()), h), h, high, "exact")
     return Design(approximate(h, tolerance, passed_on), h, high, "chebyshev")
 
 
-def _is_exact(method: str, vertex_count: int) -> bool:
+def is_exact(method: str, vertex_count: int) -> bool:
+    """Whether a method means eigenvectors, at that size."""
     check_name("method", method, METHODS)
     return method == "exact" or (method == "auto" and vertex_count <= eigenbasis.DENSE_VERTICES)

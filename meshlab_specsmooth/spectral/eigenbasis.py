@@ -26,14 +26,14 @@ SEED = 2010  # any number, fixed
 # Up to this many vertices the dense solver is as fast as the sparse one
 DENSE_VERTICES = 1000
 
-# Vectors in a block of the Lanczos method. Measured on 37k vertices, 200 pairs: blocks of 4 need 380 solves and blocks
-# of 8 need 440, but are orthogonalised in less time. SuperLU solves four columns in half the time of four single ones;
-# eight at once take it longer for each, with two threads three times as long.
+# Vectors in a block of the Lanczos method. Measured on 37k vertices, 200 pairs: blocks of 4 need 380 solves, blocks of
+# 8 need 440 and less time to be orthogonalised; in all they take as long, to within the noise of the machine. SuperLU
+# solves four columns in half the time of four single ones; eight gain no more, and lose where BLAS has threads.
 BLOCK = 8
 _SOLVED_TOGETHER = 4
 
-# The shift leaves this share of the wanted eigenvalues below it. On 37k vertices, 200 pairs take 380 solves with a
-# shift anywhere from a half to two thirds of the last eigenvalue, 420 from a third, 520 from just below zero.
+# The shift leaves this share of the wanted eigenvalues below it. On 37k vertices, 200 pairs in blocks of 4 take 380
+# solves with a shift of a half or two thirds of the last eigenvalue, 420 with a third, 520 to 540 just below zero.
 _SHARE_BELOW, _LEAST_BELOW = 0.6, 0.3
 _SHIFTS = 4
 
