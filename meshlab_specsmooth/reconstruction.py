@@ -82,35 +82,33 @@ class Constraints:
 
 @dataclass(frozen=True, eq=False)
 class _NormalMatrix:
-    """A = F (L^T R L + w^2 C^T C), with diagonals F of the free vertices and R of the rows asked for."""
+    """A = F (L^T R L + G), with G = w^2 C^T C and diagonals F of the free vertices and R of the rows asked for."""
 
     L: Laplacian
     gram: Gram
-    weight: float
     free: Floats
     rows: Floats
 
     def times(self, p: Floats, z: Floats, q: Floats) -> Floats:
         """``q`` becomes A p, with ``z`` for scratch; returns (3,) p . q."""
-        n, kernels, w2 = len(p), self.L.kernels, self.weight**2
-        kappa, diagonal, odd = w2 * self.gram.edge, w2 * self.gram.diagonal, self.gram.odd
+        n, kernels, gram = len(p), self.L.kernels, self.gram
         sums = np.empty((blocks.count(n), COLUMNS))
-        blocks.in_threads(lambda i, j: kernels.differ(i, j, p, self.rows, kappa, z), n)
-        blocks.in_threads(lambda i, j: kernels.gather(i, j, p, z, self.free, kappa, diagonal, q, sums), n)
+        blocks.in_threads(lambda i, j: kernels.differ(i, j, p, self.rows, gram.edge, z), n)
+        blocks.in_threads(lambda i, j: kernels.gather(i, j, p, z, self.free, gram.edge, gram.diagonal, q, sums), n)
         curvature = sums.sum(axis=0)
-        if odd.nnz:
-            at = np.flatnonzero(np.diff(odd.indptr))
-            more = self.free[at] * (w2 * (odd[at] @ p))
+        if gram.odd.nnz:
+            at = np.flatnonzero(np.diff(gram.odd.indptr))
+            more = self.free[at] * (gram.odd[at] @ p)
             q[at] += more
             curvature += (p[at] * more).sum(axis=0)
         return np.asarray(curvature)
 
     def inverse_diagonal(self) -> Floats:
-        """(n, 1): one over the diagonal of L^T R L + w^2 C^T C; L_ij = - w_ij / d_i."""
+        """(n, 1): one over the diagonal of L^T R L + G; L_ij = - w_ij / d_i."""
         v, sums = self.rows / self.L.degree**2, np.empty_like(self.rows)
         blocks.in_threads(lambda i, j: self.L.kernels.squares(i, j, v, sums), len(v))
         sums += self.rows
-        sums += self.weight**2 * self.gram.diagonal
+        sums += self.gram.diagonal
         return np.asarray(1 / sums)
 
 
@@ -145,7 +143,8 @@ def solve(
     """
     n = len(change)
     free, rows = (constraints.free, constraints.rows) if constraints is not None else (np.ones((n, 1)),) * 2
-    A = _NormalMatrix(L, gram, weight, free, rows)
+    w2 = weight * weight
+    A = _NormalMatrix(L, Gram(w2 * gram.diagonal, w2 * gram.edge, w2 * gram.odd), free, rows)
     z, q = np.empty_like(change), np.empty_like(change)
     if constraints is None:
         b = L.transposed(change)

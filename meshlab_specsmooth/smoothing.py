@@ -301,9 +301,11 @@ class Prepared:
             step_3 = part(progress, (number + sweeping) / passes, (1 - sweeping) / passes)
             V = self.positions + displacement if number else self.positions
             delta = self.L @ V
-            delta *= region.rows
+            if region.is_constrained:
+                delta *= region.rows
             change = change_of(self.L, across.filter, delta, step_2)
-            change *= region.field
+            if region.is_partial:
+                change *= region.field
             prescribed = np.zeros_like(V) if region.is_constrained else None
             if prescribed is not None and along is not None and self.rim is not None:
                 at, curve = self.rim.vertices, self.rim.L
@@ -379,7 +381,9 @@ class Prepared:
         if holds_rim and self.rim is not None:
             rows[self.rim.vertices] = 0
             free[self.rim.vertices] = 0
-        return _Region(field * inside, inside, free, rows, holds_rim or mask is not None)
+        field = np.broadcast_to(field, inside.shape) if mask is None else field * inside
+        is_partial = mask is not None or bool((field != 1).any())
+        return _Region(field, inside, free, rows, holds_rim or mask is not None, is_partial)
 
     def _along_rim(self, boundary: str, make: Callable[[Laplacian, float], Design]) -> Design | None:
         """The same filter for the boundary curve, if that is smoothed by itself.
@@ -439,7 +443,8 @@ class _Region:
     """Where to act, as (k, 1) columns.
 
     ``field`` scales the change, ``mask`` is 1 where vertices may move at all, ``free`` where the surface's own least
-    squares moves them, ``rows`` where differential coordinates are asked for.
+    squares moves them, ``rows`` where differential coordinates are asked for; ``is_constrained`` unless these two are 1
+    everywhere, ``is_partial`` unless the first is.
     """
 
     field: Floats
@@ -447,6 +452,7 @@ class _Region:
     free: Floats
     rows: Floats
     is_constrained: bool
+    is_partial: bool
 
 
 def prepare(vertices: npt.ArrayLike, faces: npt.ArrayLike, *, laplacian: str = _LAPLACIAN) -> Prepared:
