@@ -119,6 +119,7 @@ def solve(
     change: Floats,
     progress: Progress | None = None,
     constraints: Constraints | None = None,
+    scratch: Floats | None = None,
 ) -> Solution:
     """Displacement that turns the differential coordinates by ``change`` as well as the barycentres allow.
 
@@ -135,6 +136,8 @@ def solve(
         Called with the fraction done, in [0, 1].
     constraints : Constraints, optional
         None: every vertex is free and every row asked for.
+    scratch : (n, 3) float64, optional
+        Memory that is not needed any more, to be used again: on large meshes much of the time goes into new memory.
 
     Raises
     ------
@@ -145,14 +148,14 @@ def solve(
     free, rows = (constraints.free, constraints.rows) if constraints is not None else (np.ones((n, 1)),) * 2
     w2 = weight * weight
     A = _NormalMatrix(L, Gram(w2 * gram.diagonal, w2 * gram.edge, w2 * gram.odd), free, rows)
-    z, q = np.empty_like(change), np.empty_like(change)
-    if constraints is None:
-        b = L.transposed(change)
-    else:
-        b = free * L.transposed(rows * change)
-        if constraints.prescribed.any():
-            A.times(constraints.prescribed, z, q)
-            b -= q
+    q = np.empty_like(change)
+    z = np.empty_like(change) if scratch is None else scratch
+    # L^T R change = D L D^-1 R change
+    b = L @ np.multiply(change, rows / L.degree, out=z)
+    b *= free * L.degree
+    if constraints is not None and constraints.prescribed.any():
+        A.times(constraints.prescribed, z, q)
+        b -= q
     scale = np.sqrt(_dots(b, b))
     # a column that is nothing but rounding has nothing to solve for
     active = scale > np.finfo(float).eps * scale.max(initial=0.0)

@@ -314,7 +314,7 @@ class Prepared:
                 held = Constraints(free, np.ones((len(at), 1)), np.zeros_like(change_along))
                 prescribed[at] = solve(curve, self.rim.gram, weight, change_along, None, held).displacement
             constraints = None if prescribed is None else Constraints(region.free, region.rows, prescribed)
-            solutions.append(solve(self.L, self.gram, weight, change, step_3, constraints))
+            solutions.append(solve(self.L, self.gram, weight, change, step_3, constraints, scratch=delta))
             displacement = displacement + solutions[-1].displacement if number else solutions[-1].displacement
         if progress is not None:
             progress(1.0)

@@ -68,12 +68,6 @@ def test_l_takes_constants_to_zero_and_its_twin_is_symmetric_with_spectrum_in_0_
     assert values == pytest.approx(np.sort(np.linalg.eigvals(dense(L)).real), abs=1e-7)
 
 
-@EVERY_KIND
-def test_the_transpose_is_the_transpose(kind):
-    L = build(MESHES["sheet"], kind)
-    assert L.transposed(np.eye(L.size)) == pytest.approx(dense(L).T)
-
-
 def test_the_spectrum_of_a_regular_torus_is_known():
     nx, ny = 9, 7
     mesh = (np.random.default_rng(0).standard_normal((nx * ny, 3)), torus_graph(nx, ny))

@@ -55,12 +55,6 @@ class Laplacian:
         """L X for X of shape (n, k): each row less the weighted mean of its neighbours."""
         return in_threes(self._product, X)
 
-    def transposed(self, X: Floats) -> Floats:
-        """L^T X = D L D^-1 X for X of shape (n, k)."""
-        product = self @ (X / self.degree)
-        product *= self.degree
-        return product
-
     def inner_products(self, X: Floats, Y: Floats) -> tuple[float, float]:
         """The sums over columns of x^T D x and x^T D y, for X and Y of shape (n, 3)."""
         sums, work = np.empty((blocks.count(self.size), 2)), self.kernels.inner_products
