@@ -40,7 +40,7 @@ _ASSEMBLY = 0.25
 # How far the polynomial may put the displacement of any mode off, relative to the mode's differential coordinates,
 # which are of the displacement's size; and that of a plain low-pass, relative to positions, which are up to a thousand
 # times larger, so that three digits more are needed.
-DISPLACEMENT_TOLERANCE = 2e-3
+DISPLACEMENT_TOLERANCE = 2.5e-3
 POSITION_TOLERANCE = 1e-7
 
 _RESPONSE = SMOOTHING_DEFAULTS.text("response")

@@ -177,11 +177,11 @@ def test_a_badly_ordered_mesh_is_put_in_order_inside_and_the_result_put_back():
     row = np.repeat(np.arange(len(V)), np.diff(prepared.L.graph.indptr))
     assert np.median(abs(indices - row)) < order.NEAR / 10 < np.median(abs(F[:, 0] - F[:, 1]))
     straight = mss.smooth(*LARGE).vertices[at]
-    assert prepared.smooth().vertices == pytest.approx(straight, abs=1e-5 * prepared.mean_edge)
+    assert prepared.smooth().vertices == pytest.approx(straight, abs=1e-4 * prepared.mean_edge)
     weights = np.random.default_rng(3).random(len(V))
     some = {"mask": weights[at] > 0.5, "features": weights[at], "feature_gain": 1.0}
     expected = mss.smooth(*LARGE, mask=weights > 0.5, features=weights, feature_gain=1.0).vertices[at]
-    assert prepared.smooth(**some).vertices == pytest.approx(expected, abs=1e-5 * prepared.mean_edge)
+    assert prepared.smooth(**some).vertices == pytest.approx(expected, abs=1e-4 * prepared.mean_edge)
 
 
 def test_places_near_each_other_are_near_on_the_curve():

@@ -48,8 +48,8 @@ def test_rigid_motions_and_reflections_carry_over(smoother, method, mesh):
     Q, shift = rotation(1), np.array([3.0, -2.0, 7.0])
     still = smoother(V, F, modes=20, method=method)
     turned = smoother(V @ Q + shift, F, modes=20, method=method)
-    # the solver stops at a residual of 1e-6, and sees other columns
-    assert turned.vertices == pytest.approx(still.vertices @ Q + shift, abs=1e-5 * still.displacement)
+    # the solver stops at a residual of 1e-5, and sees other columns
+    assert turned.vertices == pytest.approx(still.vertices @ Q + shift, abs=1e-4 * still.displacement)
 
 
 @SMOOTHERS
@@ -160,7 +160,7 @@ def test_the_transfer_function_on_a_regular_torus_is_the_one_in_the_book(name, m
             eigenvalue = torus_eigenvalue(p, q, nx, ny)
             gain, b = float(h([eigenvalue])[0]), 2 - 4 * eigenvalue / 3
             expected = (eigenvalue**2 * gain + weight**2 * b) / (eigenvalue**2 + weight**2 * b)
-            tolerance = 1e-3 if method == "exact" else 6e-3 if name == "ideal" else 2.5e-3
+            tolerance = 1e-3 if method == "exact" else 6e-3 if name == "ideal" else 3e-3
             assert result.vertices[:, column] == pytest.approx(expected * V[:, column], abs=tolerance)
 
 
@@ -194,7 +194,7 @@ def test_flawed_meshes_give_finite_results(name, method):
     assert result.vertices.shape == V.shape
     assert np.isfinite(result.vertices).all()
     assert 0 < moved(result, (V, F)) < np.linalg.norm(V - V.mean(axis=0))
-    assert result.residual < 2e-6
+    assert result.residual < 2e-5
 
 
 @SMOOTHERS
@@ -214,7 +214,7 @@ def test_unreferenced_and_doubled_faces_change_nothing_they_should_not():
     assert backwards == pytest.approx(plain, abs=1e-7)
     # a mesh whose faces all count twice holds its barycentres with root 2 times the weight
     twice = mss.smooth(V, np.concatenate([F, F]), modes=10, barycenter_weight=1 / np.sqrt(2), boundary="free")
-    assert twice.vertices == pytest.approx(plain, abs=1e-5)
+    assert twice.vertices == pytest.approx(plain, abs=1e-4)
 
 
 def test_components_do_not_feel_each_other():
@@ -346,8 +346,8 @@ def test_the_evidence_is_true():
     assert (result.method, result.barycenter_weight) == ("chebyshev", 0.5)
     assert result.response == response("butterworth", result.cutoff).label
     assert result.degree > 10
-    assert 0 < result.response_error < 2e-3
-    assert 0 < result.residual < 1e-6
+    assert 0 < result.response_error < 2.5e-3
+    assert 0 < result.residual < 1e-5
     assert result.seconds > 0
     plain = mss.low_pass(V, F, modes=12)
     assert (plain.barycenter_weight, plain.iterations, plain.residual, plain.passes) == (0, (), 0, 1)
