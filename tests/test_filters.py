@@ -369,3 +369,14 @@ def test_a_default_in_percent_of_the_diagonal_is_one_of_this_mesh(ms):
     assert percent.shown_default == "1%"
     invented = descriptors.Descriptor("f", "F", "Smoothing", "", (percent,), needs_faces=True)
     assert resolve(invented, {}, ms) == {"wavelength": 0.01 * ms.current_mesh().bounding_box().diagonal()}
+
+
+@pytest.mark.parametrize("name", ["apply_coord_spectral_smoothing", "apply_coord_spectral_low_pass"])
+def test_progress_rises_to_one_when_the_mesh_has_its_new_coordinates(name):
+    ms = meshset.new(*rough(torus(60, 40)))
+    seen = []
+    mss_filter = filters.FILTERS[name]
+    mss_filter(ms, progress=seen.append)
+    assert seen == sorted(seen)
+    assert seen[-1] == 1
+    assert 0.5 < seen[-2] < 0.9  # writing takes time too
