@@ -30,8 +30,9 @@ from meshlab_specsmooth.surface import Floats, Integers, Surface
 # where noise is.
 DEFAULT_WAVELENGTH_IN_EDGES = 20.0
 
-# What a call takes of memory at its peak, beyond the arrays that it is given: measured by scripts/benchmark_speed.py as
-# less than this on large meshes, with scipy's kernels, which need more. A copy of the input is in it.
+# What a call takes of memory at its peak, beyond the arrays that it is given, with room to spare: scripts/
+# benchmark_speed.py measured 387 to 411 with the compiled kernels. (Those of scipy, not measured, hold a matrix
+# besides, with some 72 bytes a vertex.) A copy of the input is in it.
 BYTES_PER_VERTEX = 600
 
 # Share of the time of a call that goes into what does not depend on the parameters
