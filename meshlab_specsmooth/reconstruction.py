@@ -44,6 +44,16 @@ def passed_on(eigenvalues: Floats, weight: float) -> Floats:
     return np.asarray(eigenvalues / np.maximum(eigenvalues**2 + weight**2 * b, np.finfo(np.float64).tiny))
 
 
+def transferred(eigenvalues: Floats, gain: Floats, weight: float) -> Floats:
+    """What all three steps keep of a mode, H = (l^2 h + w^2 b) / (l^2 + w^2 b), b = 2 - 4 l / 3.
+
+    On a regular closed mesh; ``gain`` is the low-pass h at the eigenvalues l.
+    """
+    held = weight**2 * np.maximum(2 - 4 * eigenvalues / 3, 0.0)
+    whole = np.maximum(eigenvalues**2 + held, np.finfo(np.float64).tiny)
+    return np.asarray((eigenvalues**2 * gain + held) / whole)
+
+
 @dataclass(frozen=True, eq=False)
 class Solution:
     """The displacement and how well it solves the normal equations.

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Collection
 from typing import Any
 
-from meshlab_specsmooth.descriptors import Descriptor, Length
+from meshlab_specsmooth.descriptors import Descriptor, Length, Parameter
 
 
-def add_options(parser: argparse.ArgumentParser, descriptor: Descriptor) -> None:
-    """One option a parameter: same name, type, choices, default and help as everywhere else."""
-    for parameter in descriptor.parameters:
+def add_options(
+    parser: argparse.ArgumentParser, descriptor: Descriptor, only: Collection[str] | None = None
+) -> None:
+    """One option a parameter, or some of them: same name, type, choices, default and help as everywhere else."""
+    for parameter in _parameters(descriptor, only):
         kind: dict[str, Any] = {"choices": parameter.values} if parameter.type == "enum" else _TYPES[parameter.type]
         parser.add_argument(
             "--" + parameter.name.replace("_", "-"),
@@ -20,9 +23,15 @@ def add_options(parser: argparse.ArgumentParser, descriptor: Descriptor) -> None
         )
 
 
-def given_parameters(arguments: argparse.Namespace, descriptor: Descriptor) -> dict[str, Any]:
+def _parameters(descriptor: Descriptor, only: Collection[str] | None) -> list[Parameter]:
+    return [parameter for parameter in descriptor.parameters if only is None or parameter.name in only]
+
+
+def given_parameters(
+    arguments: argparse.Namespace, descriptor: Descriptor, only: Collection[str] | None = None
+) -> dict[str, Any]:
     """Keyword arguments for the filter; only what differs from its defaults."""
-    values = {parameter.name: getattr(arguments, parameter.name) for parameter in descriptor.parameters}
+    values = {parameter.name: getattr(arguments, parameter.name) for parameter in _parameters(descriptor, only)}
     return {name: value for name, value in values.items() if value != descriptor[name].default}
 
 

@@ -1,0 +1,99 @@
+"""``specsmooth spectrum MESH``."""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import io
+import json
+import math
+import sys
+from pathlib import Path
+
+from meshlab_specsmooth import descriptors
+from meshlab_specsmooth.bridge import files, filters, meshset
+from meshlab_specsmooth.bridge.parameters import PyMeshLabException, resolve
+from meshlab_specsmooth.cli.options import add_options, given_parameters
+from meshlab_specsmooth.errors import FileError, InvalidParameter, MissingExtra
+from meshlab_specsmooth.report.spectrum_plot import spectrum_plot
+from meshlab_specsmooth.response import response
+from meshlab_specsmooth.spectrum import Spectrum, spectrum
+
+_SPECTRUM = descriptors.load("get_spectrum")
+_SMOOTHING = descriptors.load("apply_coord_spectral_smoothing")
+_SHOWN = ("modes", "wavelength", "response", "barycenter_weight")
+
+SUMMARY = "show how shape, detail and noise are spread over frequencies"
+DESCRIPTION = """Measures the power spectrum of the coordinates and of the differential coordinates, the density of
+modes and the noise floor, and draws what a filter would keep of them: the one that `specsmooth smooth` would apply
+with these options. Writes spectrum.json, spectrum.csv and spectrum.png."""
+EXAMPLES = """examples:
+  specsmooth spectrum scan.ply
+  specsmooth spectrum scan.ply --out /tmp/scan --bands 128
+  specsmooth spectrum scan.ply --modes 200 --response butterworth --barycenter-weight 0.3"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the subcommand."""
+    parser.add_argument("input", metavar="MESH", help="mesh to read, in any format that pymeshlab reads")
+    parser.add_argument("--out", metavar="DIR", default="spectrum", help="folder for the files (default: spectrum)")
+    add_options(parser, _SPECTRUM)
+    add_options(parser, _SMOOTHING, only=_SHOWN)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Measure, choose, write, and say what was found."""
+    out = Path(arguments.out)
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise FileError(f"{out}: cannot be made: {error.strerror}") from error
+    for name in ("spectrum.json", "spectrum.csv", "spectrum.png"):
+        files.check_place(out / name)
+    ms = files.read(arguments.input)
+    given = given_parameters(arguments, _SMOOTHING, only=_SHOWN) | {"laplacian": arguments.laplacian}
+    try:
+        resolve(_SMOOTHING, given, ms)
+    except PyMeshLabException as error:
+        raise InvalidParameter(str(error)) from error
+    measured = spectrum(*meshset.pull(ms), **given_parameters(arguments, _SPECTRUM))
+    chosen = filters.apply_coord_spectral_smoothing(ms, **given)
+    edge = float(chosen["mean_edge"])
+    files.write_text(out / "spectrum.json", as_json(measured, chosen))
+    files.write_text(out / "spectrum.csv", as_csv(measured))
+    print(
+        f"{arguments.input}: {ms.current_mesh().vertex_number()} vertices, mean edge {edge:.4g}; noise floor "
+        f"{measured.noise_floor:.3g} a coordinate ({measured.noise_floor / edge if edge else 0:.3f} edges)\n"
+        f"filter: {chosen['response']}, {chosen['modes']:.0f} modes, waves longer than {chosen['wavelength']:.4g}; "
+        f"barycentre weight {chosen['barycenter_weight']:.3g}\n"
+        f"figures: {out / 'spectrum.json'}, {out / 'spectrum.csv'}"
+    )
+    low_pass = response(arguments.response, chosen["cutoff"])
+    try:
+        spectrum_plot(
+            out / "spectrum.png", measured, edge, low_pass, chosen["barycenter_weight"], Path(arguments.input).name
+        )
+    except MissingExtra as error:
+        print(error, file=sys.stderr)
+    else:
+        print(f"plot:    {out / 'spectrum.png'}")
+
+
+_COLUMNS = ("eigenvalue", "wavelength", "modes", "coordinate_power", "differential_power")
+
+
+def as_json(measured: Spectrum, chosen: dict[str, object]) -> str:
+    """The spectrum and the filter; JSON has no infinity, so the wavelength of the constant is null."""
+    bands = {name: [x if math.isfinite(x) else None for x in getattr(measured, name).tolist()] for name in _COLUMNS}
+    evidence = {name: chosen[name] for name in ("response", "cutoff", "modes", "wavelength", "barycenter_weight")}
+    whole = {"noise_floor": measured.noise_floor, "method": measured.method, "bands": bands, "filter": evidence}
+    return json.dumps(whole, indent=1, allow_nan=False) + "\n"
+
+
+def as_csv(measured: Spectrum) -> str:
+    """A line a band."""
+    text = io.StringIO()
+    lines = csv.writer(text, lineterminator="\n")
+    lines.writerow(_COLUMNS)
+    lines.writerows(zip(*(getattr(measured, name).tolist() for name in _COLUMNS), strict=True))
+    return text.getvalue()

@@ -1,0 +1,92 @@
+"""``specsmooth spectrum``: figures that agree with the function's, a plot where there is an extra for it."""
+
+import csv
+import json
+import sys
+
+import numpy as np
+import pytest
+
+import meshlab_specsmooth as mss
+from meshlab_specsmooth.bridge import files, meshset
+from meshlab_specsmooth.cli import main
+from meshlab_specsmooth.reconstruction import transferred
+from tests.meshes import rough, torus, torus_graph
+
+
+@pytest.fixture(params=[(20, 12), (60, 40)], ids=["exact", "moments"])
+def scan(tmp_path, request):
+    path = tmp_path / "scan.ply"
+    files.write(meshset.new(*rough(torus(*request.param))), path)
+    return path
+
+
+def test_the_files_hold_what_the_function_measures(scan, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert main(["spectrum", str(scan), "--out", str(out), "--bands", "16", "--modes", "40"]) == 0
+    expected = mss.spectrum(*meshset.pull(files.read(scan)), bands=16)
+    whole = json.loads((out / "spectrum.json").read_text(encoding="utf-8"))
+    assert whole["noise_floor"] == expected.noise_floor
+    assert whole["method"] == expected.method
+    assert whole["bands"]["eigenvalue"] == expected.eigenvalue.tolist()
+    finite = np.isfinite(expected.wavelength)
+    assert [x is not None for x in whole["bands"]["wavelength"]] == finite.tolist()
+    kept = round(whole["filter"]["modes"])
+    assert kept in {40, 41}  # waves round and across a torus come in pairs, which stay together
+    with (out / "spectrum.csv").open(encoding="utf-8", newline="") as lines:
+        rows = list(csv.DictReader(lines))
+    assert [float(row["coordinate_power"]) for row in rows] == expected.coordinate_power.tolist()
+    assert [float(row["wavelength"]) for row in rows] == expected.wavelength.tolist()
+    assert (out / "spectrum.png").read_bytes().startswith(b"\x89PNG")
+    printed = capsys.readouterr()
+    assert f"noise floor {expected.noise_floor:.3g} a coordinate" in printed.out
+    assert f"{kept} modes" in printed.out
+    assert printed.err == ""
+
+
+def test_without_the_extra_the_figures_are_there_and_the_extra_is_named(scan, tmp_path, monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
+    assert main(["spectrum", str(scan), "--out", str(tmp_path / "out")]) == 0
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["spectrum.csv", "spectrum.json"]
+    assert "report" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "words"),
+    [
+        (["--bands", "1"], 2, "at least 2"),
+        (["--modes", "3", "--wavelength", "1"], 2, "modes and wavelength"),
+        (["--response", "box"], 2, "invalid choice"),
+    ],
+)
+def test_wrong_usage_is_one_line(scan, tmp_path, capsys, arguments, code, words):
+    try:
+        given = main(["spectrum", str(scan), "--out", str(tmp_path / "out"), *arguments])
+    except SystemExit as end:  # argparse's own
+        given = end.code
+    assert given == code
+    assert words in capsys.readouterr().err
+
+
+def test_points_at_one_place_have_a_spectrum_without_power(tmp_path, capsys):
+    path = tmp_path / "point.ply"
+    files.write(meshset.new(np.ones((2400, 3)), torus_graph(60, 40)), path)
+    assert main(["spectrum", str(path), "--out", str(tmp_path)]) == 0
+    assert "noise floor 0 a coordinate (0.000 edges)" in capsys.readouterr().out
+
+
+def test_the_whole_filter_is_what_the_three_steps_do_to_a_wave():
+    nx = ny = 24
+    F = torus_graph(nx, ny)
+    S = np.asarray(mss.prepare(np.zeros((nx * ny, 3)) + np.eye(3)[0], F).L.graph.symmetric_laplacian().toarray())
+    values, waves = np.linalg.eigh(S)
+    for k in (5, 100, 400):
+        V = np.outer(waves[:, k], [1.0, 2.0, 0.5])
+        weight, cutoff = 0.4, 0.9 * values[k]
+        wavelength = np.pi / np.sqrt(cutoff) * mss.prepare(V, F).mean_edge
+        result = mss.smooth(
+            V, F, wavelength=wavelength * 2.0 ** mss.prepare(V, F).exponent, response="heat", barycenter_weight=weight
+        )
+        gain = np.exp2(-values[k] / result.cutoff)
+        expected = transferred(np.array([values[k]]), np.array([gain]), weight)[0]
+        assert result.vertices == pytest.approx(expected * V, abs=2e-3 * abs(V).max())
