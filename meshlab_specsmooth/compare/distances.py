@@ -53,7 +53,7 @@ def distances(points: Floats, surface: Surface) -> Floats:
     for size in np.unique(sizes):
         members = np.flatnonzero(sizes == size)
         _improve(best, points, _Class(corners[members], centroids[members], radii[members]))
-    return np.sqrt(best)
+    return np.asarray(np.sqrt(best))
 
 
 @dataclass(frozen=True, eq=False)

@@ -43,9 +43,9 @@ def surface_error(result: Surface, truth: Surface) -> float:
     """The literature's E_v: distance of the result's vertices to the true surface, in mean edges of the truth.
 
     sqrt(sum_i A_i d_i^2 / (3 sum_f A_f)) / h, with d_i the exact distance of vertex i to the truth, A_i the area of the
-    result's faces at i and h the truth's mean edge (Sun, Rosin, Martin, Langbein, *Fast and effective feature-preserving
-    mesh denoising*, 2007; Zheng, Fu, Au, Tai, *Bilateral normal filtering for mesh denoising*, 2011). Drift along the
-    surface does not count, and the faces of both need not correspond.
+    result's faces at i and h the truth's mean edge (Sun, Rosin, Martin, Langbein, *Fast and effective
+    feature-preserving mesh denoising*, 2007; Zheng, Fu, Au, Tai, *Bilateral normal filtering for mesh denoising*,
+    2011). Drift along the surface does not count, and the faces of both need not correspond.
 
     Examples
     --------

@@ -65,7 +65,7 @@ def quantised(surface: Surface, level: float, seed: int, view: tuple[float, floa
     depth = surface.vertices @ direction
     measured = depth + 0.25 * level * h * _white(surface, seed)[:, 0]
     step = level * h
-    return surface.vertices + (np.round(measured / step) * step - depth)[:, None] * direction
+    return np.asarray(surface.vertices + (np.round(measured / step) * step - depth)[:, None] * direction)
 
 
 KINDS = {f.__name__: f for f in (gaussian, along_normals, impulses, correlated, along_view, quantised)}
