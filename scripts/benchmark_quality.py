@@ -288,10 +288,12 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--out", metavar="DIR", type=Path, default=Path("benchmark"), help="(default: benchmark)")
     parser.add_argument("--reference", metavar="FILE", type=Path, help="keep what was tuned in it, and take it from it")
     parser.add_argument("--vertices", metavar="N", type=int, default=6000, help="of pairs made in code (default: 6000)")
-    parser.add_argument("--small", action="store_true", help="two pairs of 600 vertices, two values of each parameter")
+    parser.add_argument(
+        "--small", action="store_true", help="two values of each parameter, on two made pairs of 600 vertices"
+    )
     parser.add_argument("--no-pictures", action="store_true", help="tables only")
     given = parser.parse_args()
-    if given.small:
+    if given.small and not given.pairs:
         given.vertices, given.only = 600, given.only or ["block_gaussian_0.3", "relief_quantised_0.5"]
     return given
 
