@@ -97,7 +97,7 @@ MESHLAB = [
         "MeshLab",
         taubin,
         {"lambda_": 0.5, "pass_band": 2 - 1 / 0.53, "steps": 10},
-        {"lambda_": (0.5, 0.7), "pass_band": (0.03, 0.1, 0.2), "steps": (2, 5, 10, 20, 40, 80, 160)},
+        {"lambda_": (0.5, 0.7), "pass_band": (0.01, 0.03, 0.1, 0.2), "steps": (2, 5, 10, 20, 40, 80, 160)},
     ),
     Contender("HC", "MeshLab", meshlab("apply_coord_hc_laplacian_smoothing"), {}, {"times": (1, 2, 3, 5, 8, 13, 20)}),
     Contender(

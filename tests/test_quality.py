@@ -60,7 +60,7 @@ def test_pairs_of_a_folder_are_measured_as_the_metrics_say(folder, tmp_path):
     # the summary is the quotient of the two rows
     line = next(x for x in done.stdout.splitlines() if x.startswith("| ours: smooth") and "| MeshLab  | theta" in x)
     assert float(line.split("|")[4]) == pytest.approx(row["theta"] / rows["Taubin", "theta"]["theta"], abs=2e-3)
-    assert "pass_band: 0.03, 0.1;" in (out / "quality.md").read_text()
+    assert "pass_band: 0.01, 0.03;" in (out / "quality.md").read_text()
     assert (out / "ring.png").stat().st_size > 10_000
     # what was tuned is taken from the file, and only for the same arrays
     data = json.loads(kept.read_text())
