@@ -148,7 +148,7 @@ def estimate_error(
                 f"noise is {noise!r}; it must be a length in mesh units, or what estimate_noise returns"
             )
         level = float(np.ldexp(level, -mesh.exponent))
-        taken = replace(taken, level=level, low=level, high=level, kind=WHITE, covariance=level**2 * np.eye(3))
+        taken = replace(taken, level=level, low=level, high=level, kind=WHITE, covariance=np.eye(3))
     result = _applied(filter, V)
 
     def along(X: Floats, Y: Floats) -> Floats:
