@@ -58,10 +58,11 @@ _MORE_AT_ONCE = 1.05
 # Coordinates that are rounded to a lattice take few values, each many times
 _FEWEST_STEPS, _FEWEST_PER_STEP = 8, 4
 
-# Eigenvalues of the covariance of noise of one level in all directions are within a factor of two of their mean
-_ONE_SIDED = 2.0
+# Eigenvalues of the covariance of noise of one level in all directions are within a factor of two of their mean, and
+# the median and the mean square of its residual agree
+_ONE_SIDED, _UNLIKE = 2.0, 1.1
 
-# Share of the mean level in what few normals see of the covariance: on a box all but those at its edges see the axes only
+# Share of the mean level in what few normals see of the covariance: on a box only those at its edges see more than axes
 _HELD = 0.03
 
 # The estimate's standard error is this over the root of the number of vertices: the residuals of L^2 at neighbours are
@@ -377,7 +378,7 @@ def _kind(
     if orders[3] > (_RISE_OF_IMPULSES + error) * orders[1]:
         return IMPULSE
     eigenvalues = np.linalg.eigvalsh(covariance)
-    if eigenvalues[-1] > _ONE_SIDED * np.trace(covariance) / 3:
+    if eigenvalues[-1] > _ONE_SIDED * np.trace(covariance) / 3 and spread > _UNLIKE * level:
         return DIRECTIONAL
     return WHITE
 
