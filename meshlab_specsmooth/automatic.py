@@ -104,6 +104,8 @@ class LowPass:
 
     def removed(self, on: Sheet, X: Floats, weight: float) -> Floats:
         """(h(L) - 1) L X, as well as a reconstruction with a weight of ``weight`` or more sees it."""
+        if self.shortest > 2 * np.sqrt(on.L.size):  # no wave fits on the mesh: only constants are kept
+            return np.asarray(-(on.L @ X))
         designed = design(
             on.L,
             self.shortest,

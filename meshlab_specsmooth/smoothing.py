@@ -25,7 +25,7 @@ from meshlab_specsmooth.spectral.chebyshev import PassedOn
 from meshlab_specsmooth.spectral.cutoff import wavelength_in_edges
 from meshlab_specsmooth.spectral.density import Density
 from meshlab_specsmooth.spectral.design import Design, design, design_band, is_exact
-from meshlab_specsmooth.spectral.progress import Progress, part
+from meshlab_specsmooth.spectral.progress import Progress, part, rising
 from meshlab_specsmooth.surface import Floats, Integers, Surface
 
 # The default cut-off: waves of 20 edges are shape on any mesh that resolves its shape at all, waves of a few edges are
@@ -222,7 +222,7 @@ class Prepared:
                 mask=mask,
                 features=features,
                 feature_gain=feature_gain,
-                progress=progress,
+                progress=rising(progress),
             )
             return self._told(result, chosen, start)
         _check_weight(barycenter_weight)
