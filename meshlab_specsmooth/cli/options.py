@@ -9,9 +9,7 @@ from typing import Any
 from meshlab_specsmooth.descriptors import Descriptor, Length, Parameter
 
 
-def add_options(
-    parser: argparse.ArgumentParser, descriptor: Descriptor, only: Collection[str] | None = None
-) -> None:
+def add_options(parser: argparse.ArgumentParser, descriptor: Descriptor, only: Collection[str] | None = None) -> None:
     """One option a parameter, or some of them: same name, type, choices, default and help as everywhere else."""
     for parameter in _parameters(descriptor, only):
         kind: dict[str, Any] = {"choices": parameter.values} if parameter.type == "enum" else _TYPES[parameter.type]

@@ -74,7 +74,8 @@ class ChebyshevSeries:
     def _apply(self, L: Laplacian, X: Floats, progress: Progress | None, spare: list[Floats]) -> Floats:
         """Clenshaw's recurrence, from the highest term down: it keeps two blocks besides X, and sums nothing apart."""
         c = self.coefficients
-        now = np.multiply(c[-1], X, out=blocks.taken(spare, X))
+        now = blocks.taken(spare, X)
+        np.multiply(c[-1], X, out=now)
         before = blocks.taken(spare, X)
         before.fill(0.0)
         for k in range(self.degree - 1, 0, -1):
