@@ -8,6 +8,7 @@ of a MeshSet, as methods of :class:`MeshSet`, or after :func:`register` as metho
 from meshlab_specsmooth.bridge import filters as _filters
 from meshlab_specsmooth.bridge.filters import *  # noqa: F403 (each filter, by its name)
 from meshlab_specsmooth.bridge.registry import MeshSet, register, unregister
+from meshlab_specsmooth.edge_aware import EdgeAwareResult, denoise, smooth_edge_aware
 from meshlab_specsmooth.errors import (
     FileError,
     InvalidParameter,
@@ -28,6 +29,7 @@ __version__ = VERSION
 
 __all__ = [
     *_filters.__all__,
+    "EdgeAwareResult",
     "FileError",
     "InvalidParameter",
     "InvalidSurface",
@@ -43,11 +45,13 @@ __all__ = [
     "Surface",
     "TooLarge",
     "__version__",
+    "denoise",
     "enhance",
     "low_pass",
     "prepare",
     "register",
     "smooth",
+    "smooth_edge_aware",
     "spectrum",
     "unregister",
 ]

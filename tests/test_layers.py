@@ -22,6 +22,7 @@ ROOMS = [
     {"reconstruction"},
     {"region"},
     {"smoothing"},
+    {"edge_aware"},
     {"spectrum"},
     {"bridge"},
     {"compare"},
