@@ -33,6 +33,7 @@ from meshlab_specsmooth.surface import (
     Integers,
     Surface,
     boundary_vertices,
+    face_vectors,
     is_closed,
     mean_edge_length,
     signed_volume,
@@ -58,6 +59,8 @@ _PROBE = 0.5
 _MOST_PASSES = 6
 # Where a call stands when the operators are made, and when the setting is chosen
 _BUILT, _CHOSEN = 0.1, 0.6
+# The guide's weight suits noise alone; where the shape has short waves too, it is held more firmly.
+_FIRMER = 1.4
 _MOST_REPAIRS = 10  # of turned faces
 # Where the search ends: below, a pass changes nothing; above, one pass flattens what a ring of faces spans.
 _STRENGTHS = (0.02, 8.0)
@@ -85,12 +88,15 @@ class Setting:
         Standard deviation of the weights over the distance of unit normals.
     passes : int
         0 is the isotropically smoothed surface.
+    barycenter_weight : float
+        w of the isotropic filter, which the first pass is guided by or starts from.
     """
 
     start: str
     strength: float
     range_width: float
     passes: int
+    barycenter_weight: float
 
 
 @dataclass(frozen=True)
@@ -122,7 +128,8 @@ class EdgeAwareResult:
     considered : tuple of Considered
         All settings that were tried, best first.
     flips : int
-        Faces of the result that look away from where the smoothed surface's do by more than 90 degrees.
+        Faces of the result that look away by more than 90 degrees from where the smoothed surface's do, or from where
+        their neighbours do.
     volume_change : float
         In per cent; NaN of an open surface.
     displacement : float
@@ -241,12 +248,11 @@ class _Fixed:
     range_width: float | None
     passes: int | None
 
-    @property
-    def setting(self) -> Setting | None:
+    def setting(self, weight: float) -> Setting | None:
         """The setting, if nothing is left to be chosen."""
         if self.strength is None or self.range_width is None or self.passes is None:
             return None
-        return Setting("given", self.strength, self.range_width, self.passes)
+        return Setting("given", self.strength, self.range_width, self.passes, weight)
 
 
 def _check(favor: str, strength: float | None, range_width: float | None, passes: int | None) -> None:
@@ -440,7 +446,7 @@ def _row_squares(A: csr_array, d: Floats) -> Floats:
 _COLOURED = 1.1
 # The fourth moment of Gaussian noise is 3, of a tenth of impulses ten or more
 _HEAVY_TAILED = 3.6
-_TRIAL = Setting("given", 2.0, 0.25, 2)
+_TRIAL = Setting("given", 2.0, 0.25, 2, 1.0)
 
 
 def _noise(mesh: _Mesh, normals: Floats, median: float, trial: Callable[[], Floats]) -> _Noise:
@@ -473,9 +479,10 @@ def _coloured(mesh: _Mesh, normals: Floats, inside: Booleans) -> _Noise | None:
         share[k] = np.sqrt((_band(mesh, smooth, k)[inside] ** 2).mean()) / unit
         z = (_band(mesh, mesh.V, k) * normals).sum(axis=1)[inside] / unit
         level[k] = float(np.median(np.abs(z)) / _GAUSSIAN)
-    # shape falls by a factor of three or more from one band to the next finer one; noise does not
-    second, third = (level[k] ** 2 - (level[8] / falls) ** 2 for k, falls in ((2, 9), (4, 3)))
-    if second < (_COLOURED * level[1]) ** 2:
+    # shape falls by a factor of six from the fourth band to the second, and of three from the eighth to the fourth
+    # or by more (measured on clean surfaces); noise falls more slowly, whatever is left when that is taken off is noise
+    second, third = (level[k] ** 2 - (level[2 * k] / falls) ** 2 for k, falls in ((2, 6), (4, 3)))
+    if second < (_COLOURED * level[1]) ** 2 or third < second:
         return None
     # two bands, two unknowns; the finest bounds the white part
     correlated = max((third - second) / (share[4] ** 2 - share[2] ** 2), 0.0)
@@ -500,8 +507,14 @@ class _Search:
     noise: _Noise
     normals: Floats
     given: tuple[Floats, Floats]
-    smoothed: tuple[Floats, Floats]
     probe: Floats
+    guides: dict[float, list[Floats]]
+
+    def smoothed(self, weight: float) -> list[Floats]:
+        """The isotropically smoothed positions, with and without the probe; computed once for a weight."""
+        if weight not in self.guides:
+            self.guides[weight] = [_isotropic(self.mesh, V, weight) for V in self.given]
+        return self.guides[weight]
 
     def error(self, plain: Floats, probed: Floats) -> float:
         """Estimated mean squared error along the normals, in squared mean edges."""
@@ -515,12 +528,14 @@ class _Search:
         gain = level / variance if variance > 0 else 0.0
         return float((moved**2).mean() - level + 2 * gain * response.mean() / _PROBE)
 
-    def path(self, start: str, strength: float, range_width: float, passes: int | None) -> list[tuple[Setting, float]]:
+    def path(
+        self, start: str, strength: float, range_width: float, weight: float, passes: int | None
+    ) -> list[tuple[Setting, float]]:
         """Errors after 1, 2, ... passes, until they rise; or of the given number of passes alone."""
         with ThreadPoolExecutor(2) as pool:
             walks = [
                 _passes(self.mesh, given, smoothed, start, strength, range_width)
-                for given, smoothed in zip(self.given, self.smoothed, strict=True)
+                for given, smoothed in zip(self.given, self.smoothed(weight), strict=True)
             ]
             found: list[tuple[Setting, float]] = []
             for count in range(1, (passes or _MOST_PASSES) + 1):
@@ -528,50 +543,60 @@ class _Search:
                 if passes is not None and count < passes:
                     continue
                 error = self.error(plain, probed)
-                found.append((Setting(start, strength, range_width, count), error))
+                found.append((Setting(start, strength, range_width, count, weight), error))
                 if len(found) > 2 and error > found[-2][1] > found[-3][1]:
                     break
         return found
 
 
-def _coarse(fixed: _Fixed) -> list[tuple[str, float, float]]:
+_Key = tuple[str, float, float, float]  # start, strength, range width, weight
+
+
+def _coarse(fixed: _Fixed, weight: float) -> list[_Key]:
     """Where the search starts: hard and soft, sharp and organic."""
     settings = [
-        ("given", 0.4, 0.35),
-        ("given", 2.0, 0.2),
-        ("given", 2.0, 0.35),
-        ("smoothed", 0.1, 0.4),
-        ("smoothed", 0.4, 0.28),
+        ("given", 0.4, 0.35, 1.0),
+        ("given", 2.0, 0.2, 1.0),
+        ("given", 2.0, 0.35, 1.0),
+        ("smoothed", 0.1, 0.4, 1.0),
+        ("smoothed", 0.1, 0.4, _FIRMER),
+        ("smoothed", 0.4, 0.28, 1.0),
     ]
-    return list(dict.fromkeys((start, fixed.strength or t, fixed.range_width or width) for start, t, width in settings))
+    return list(
+        dict.fromkeys(
+            (start, fixed.strength or t, fixed.range_width or width, weight * firmer)
+            for start, t, width, firmer in settings
+        )
+    )
 
 
 def _searched(
-    search: _Search, fixed: _Fixed, with_isotropic: bool, progress: Progress | None
+    search: _Search, fixed: _Fixed, weight: float, with_isotropic: bool, progress: Progress | None
 ) -> list[tuple[Setting, float]]:
     """Settings and errors, best first: coarse, then the neighbours of the best as long as they are better."""
-    found: dict[tuple[str, float, float], list[tuple[Setting, float]]] = {}
+    found: dict[_Key, list[tuple[Setting, float]]] = {}
 
-    def look(key: tuple[str, float, float]) -> float:
+    def look(key: _Key) -> float:
         if key not in found:
             found[key] = search.path(*key, fixed.passes)
             if progress is not None:
                 progress(1 - 0.9 ** len(found))  # how many there will be is not known
         return min(error for _, error in found[key])
 
-    best = min(_coarse(fixed), key=look)
+    best = min(_coarse(fixed, weight), key=look)
     for ratio_t, ratio_width in ((2.0, 2**0.5), (2.0, 2**0.5), (2**0.5, 2**0.25)):
-        start, t, width = best
+        start, t, width, w = best
         around = [best]
         if fixed.strength is None:
-            around += [(start, x, width) for x in (t * ratio_t, t / ratio_t) if _STRENGTHS[0] <= x <= _STRENGTHS[1]]
+            around += [(start, x, width, w) for x in (t * ratio_t, t / ratio_t) if _STRENGTHS[0] <= x <= _STRENGTHS[1]]
         if fixed.range_width is None:
             widths = (width * ratio_width, width / ratio_width)
-            around += [(start, t, x) for x in widths if _RANGE_WIDTHS[0] <= x <= _RANGE_WIDTHS[1]]
+            around += [(start, t, x, w) for x in widths if _RANGE_WIDTHS[0] <= x <= _RANGE_WIDTHS[1]]
         best = min(around, key=look)
     rows = [row for path in found.values() for row in path]
     if with_isotropic:
-        rows.append((Setting("smoothed", 0.0, 0.0, 0), search.error(*search.smoothed)))
+        weights = (weight / _FIRMER, weight, weight * _FIRMER)
+        rows += [(Setting("smoothed", 0.0, 0.0, 0, w), search.error(*search.smoothed(w))) for w in weights]
     return sorted(rows, key=lambda row: row[1])
 
 
@@ -594,18 +619,21 @@ def _denoised(
     sample = mesh if len(G) <= _SEARCHED_FACES else _pieces(mesh)
     report = progress or (lambda _: None)
     report(_BUILT)
-    noise, weight, rows = _chosen(sample, favor, fixed, with_isotropic, part(progress, _BUILT, _CHOSEN - _BUILT))
+    noise, rows = _chosen(sample, favor, fixed, with_isotropic, part(progress, _BUILT, _CHOSEN - _BUILT))
     report(_CHOSEN)
     setting, error = rows[0]
-    smoothed = _isotropic(mesh, X, weight)
+    smoothed = _isotropic(mesh, X, setting.barycenter_weight)
     Y = _filtered(mesh, X, smoothed, setting, part(progress, _CHOSEN, 1 - _CHOSEN))
     Y, flips = _unflipped(mesh, Y, smoothed)
+    closed = is_closed(surface)
+    if closed:
+        Y = _with_volume(X, Y, G, noise.level)
     result = V.copy()
     step = (Y - X) * h
     result[moving] += step
     done = Surface(result, F)
     report(1.0)
-    volume = signed_volume(surface) if is_closed(surface) else 0.0
+    volume = signed_volume(surface) if closed else 0.0
     return EdgeAwareResult(
         vertices=result,
         noise=noise.level * h,
@@ -614,7 +642,7 @@ def _denoised(
         strength=setting.strength,
         range_width=setting.range_width,
         passes=setting.passes,
-        barycenter_weight=weight,
+        barycenter_weight=setting.barycenter_weight,
         error=_root(error) * h,
         considered=tuple(Considered(each, _root(estimate) * h) for each, estimate in rows),
         flips=flips,
@@ -632,8 +660,8 @@ def _root(squared: float) -> float:
 
 def _chosen(
     mesh: _Mesh, favor: str, fixed: _Fixed, with_isotropic: bool, progress: Progress | None
-) -> tuple[_Noise, float, list[tuple[Setting, float]]]:
-    """The noise, the guide's weight, and settings with their errors, best first."""
+) -> tuple[_Noise, list[tuple[Setting, float]]]:
+    """The noise, and settings with their errors, best first."""
     rough = vertex_normals(Surface(_isotropic(mesh, mesh.V, 0.4), mesh.F))
     median = _median_level(mesh, rough)
     smoothed = _isotropic(mesh, mesh.V, guide_weight(median))
@@ -642,14 +670,13 @@ def _chosen(
     if favor == "normals":
         noise = _Noise(noise.kind, noise.white * _FAVORING_NORMALS, noise.correlated * _FAVORING_NORMALS)
     weight = guide_weight(noise.level)
-    setting = fixed.setting
+    setting = fixed.setting(weight)
     if setting is not None:
-        return noise, weight, [(setting, np.nan)]
+        return noise, [(setting, np.nan)]
     probe = normals * _drawn(mesh, noise, seed=5)
     given = (mesh.V, mesh.V + _PROBE * probe)
-    guides = [_isotropic(mesh, V, weight) for V in given]
-    search = _Search(mesh, noise, normals, given, (guides[0], guides[1]), probe)
-    return noise, weight, _searched(search, fixed, with_isotropic, progress)
+    search = _Search(mesh, noise, normals, given, probe, {})
+    return noise, _searched(search, fixed, weight, with_isotropic, progress)
 
 
 def _untouched(surface: Surface, begin: float) -> EdgeAwareResult:
@@ -691,8 +718,30 @@ def _unflipped(mesh: _Mesh, Y: Floats, smoothed: Floats) -> tuple[Floats, int]:
     return Y, int(turned.sum())
 
 
+def _with_volume(X: Floats, Y: Floats, F: Integers, level: float) -> Floats:
+    """``Y`` moved along its normals, all vertices by the same, until its volume is that of ``X``.
+
+    Noise does not change a volume in the mean, so that of the given surface is the best known. Where that takes more
+    than a noise level, the volume means nothing (faces turned this way and that), and ``Y`` stays.
+    """
+    given, moved = signed_volume(Surface(X, F)), Y
+    for _ in range(2):
+        surface = Surface(moved, F)
+        area = np.linalg.norm(face_vectors(surface), axis=1).sum() / 2
+        step = (given - signed_volume(surface)) / area if area > 0 else 0.0
+        if abs(step) > level:
+            return Y
+        moved = moved + step * vertex_normals(surface)
+    return moved
+
+
 def _turned(mesh: _Mesh, Y: Floats, smoothed: Floats) -> Booleans:
-    return np.asarray((mesh.kernels.frames(Y)[1] * mesh.kernels.frames(smoothed)[1]).sum(axis=1) < 0)
+    """Faces that look away from where the smoothed surface's do, or from where their neighbours do."""
+    across = mesh.kernels.frames(Y)[1]
+    graph = mesh.graph
+    around = csr_array((np.ones(len(graph.indices)), graph.indices, graph.indptr), shape=(graph.size, graph.size))
+    away = np.asarray((across * mesh.kernels.frames(smoothed)[1]).sum(axis=1) < 0)
+    return np.asarray(away | ((across * (around @ across)).sum(axis=1) < 0), dtype=np.bool_)
 
 
 # ---------------------------------------------------------------------------------------------------------------------
