@@ -32,12 +32,6 @@ from meshlab_specsmooth.surface import (
     Floats,
     Integers,
     Surface,
-    boundary_vertices,
-    face_vectors,
-    is_closed,
-    mean_edge_length,
-    signed_volume,
-    vertex_normals,
 )
 
 FAVORS = ("position", "normals")
@@ -45,11 +39,10 @@ STARTS = ("given", "smoothed")
 
 # Width of the weights in space, in mean distances of neighbouring centroids: the ring of faces around one counts.
 _SPATIAL_WIDTH = 1.5
-_REWEIGHTINGS = 2
 _SWEEPS = 15
 # The solve is cut short where the normals are off by less than a thousandth: they are re-estimated in the next pass.
 _SOLVED_TO = 1e-3
-_MOST_ITERATIONS = 12
+_MOST_ITERATIONS = 6
 # By so much the noise is taken for higher where normals matter more than positions: what error of position estimates
 # do not see is the short waves, which the normals are made of.
 _FAVORING_NORMALS = 1.4
@@ -61,6 +54,8 @@ _MOST_PASSES = 6
 _BUILT, _CHOSEN = 0.1, 0.6
 # The guide's weight suits noise alone; where the shape has short waves too, it is held more firmly.
 _FIRMER = 1.4
+# Noise of a millionth of an edge is no more than rounding makes; there is nothing to smooth then.
+_ROUNDING = 1e-6
 _MOST_REPAIRS = 10  # of turned faces
 # Where the search ends: below, a pass changes nothing; above, one pass flattens what a ring of faces spans.
 _STRENGTHS = (0.02, 8.0)
@@ -291,8 +286,31 @@ class _Mesh:
 def _mesh(V: Floats, F: Integers, counts: Booleans) -> _Mesh:
     graph = face_graph(F, len(V))
     pull = 1.0 / np.maximum(np.diff(graph.vertex_indptr), 1)
-    rim = boundary_vertices(Surface(V, F))
-    return _Mesh(V, F, graph, face_kernels(graph), pull, rim, counts, assemble(V, F, "uniform"))
+    isotropic = assemble(V, F, "uniform")
+    rim = np.zeros(len(V), dtype=np.bool_)
+    if isotropic.rim is not None:
+        rim[isotropic.moving[isotropic.rim.vertices]] = True
+    return _Mesh(V, F, graph, face_kernels(graph), pull, rim, counts, isotropic)
+
+
+def _mean_side(V: Floats, F: Integers) -> float:
+    """Mean length of the faces' sides."""
+    return float(np.mean([np.sqrt(((V[F[:, k]] - V[F[:, k - 1]]) ** 2).sum(axis=1)).mean() for k in range(3)]))
+
+
+def _normals(mesh: _Mesh, V: Floats) -> Floats:
+    """(n, 3) unit normals of the vertices, the mean over their faces weighted by area."""
+    _, normal, area = mesh.kernels.frames(V)
+    graph = mesh.graph
+    ones = np.ones(len(graph.vertex_faces))
+    at = csr_array((ones, graph.vertex_faces, graph.vertex_indptr), shape=(graph.order, graph.size))
+    return _unit(at @ (normal * area[:, None]))
+
+
+def _volume(mesh: _Mesh, V: Floats) -> float:
+    """Signed, in cubed mean edges; means something of a closed surface."""
+    centre, normal, area = mesh.kernels.frames(V - V.mean(axis=0))
+    return float(np.einsum("ij,ij,i->", centre, normal, area) / 6)
 
 
 def _isotropic(mesh: _Mesh, V: Floats, weight: float) -> Floats:
@@ -305,7 +323,7 @@ def _isotropic(mesh: _Mesh, V: Floats, weight: float) -> Floats:
     moved = replace(prepared, surface=Surface(V, mesh.F), positions=prepared.positions + shift)
     X = moved.smooth(barycenter_weight=weight, boundary="free").vertices
     if mesh.rim.any():
-        n = vertex_normals(Surface(X, mesh.F))[mesh.rim]
+        n = _normals(mesh, X)[mesh.rim]
         step = (X - V)[mesh.rim]
         X[mesh.rim] = V[mesh.rim] + n * (n * step).sum(axis=1)[:, None]
     return X
@@ -323,18 +341,16 @@ def _unit(X: Floats) -> Floats:
 def _low_pass(
     kernels: FaceKernels, centre: Floats, N: Floats, area: Floats, guide: Floats, strength: float, range_width: float
 ) -> Floats:
-    """Unit normals (A + t L_w)^-1 A N; the weights are re-estimated from the outcome."""
+    """Unit normals (A + t L_w)^-1 A N."""
     # the mean centroids of two equilateral triangles of edge 1 on an edge are 1 / sqrt(3) apart
     near = 1.5 / _SPATIAL_WIDTH**2
     alike = 0.5 / range_width**2
     # a face of no area has no normal, but passes on those of its neighbours
     a = np.maximum(area / max(area.mean(), np.finfo(float).tiny), 1e-9)
     root = np.sqrt(a)
-    for _ in range(_REWEIGHTINGS):
-        weight, degree = kernels.weigh(centre, guide, root, near, alike)
-        diagonal = a + strength * degree
-        guide = _unit(kernels.solve(weight, diagonal, strength, a[:, None] * N, guide, _SOLVED_TO, _MOST_ITERATIONS))
-    return guide
+    weight, degree = kernels.weigh(centre, guide, root, near, alike)
+    diagonal = a + strength * degree
+    return _unit(kernels.solve(weight, diagonal, strength, a[:, None] * N, guide, _SOLVED_TO, _MOST_ITERATIONS))
 
 
 def _passes(
@@ -385,12 +401,18 @@ class _Noise:
 _CORRELATED_OVER = 8  # steps of the lazy walk
 
 
+def _averaged(mesh: _Mesh, X: Floats) -> Floats:
+    """P X, the mean over each vertex' neighbours; the isotropic filter's operators have an order of their own."""
+    L, order = mesh.isotropic.L, mesh.isotropic.moving
+    Y = np.empty_like(X)
+    Y[order] = (L.graph.adjacency() @ X[order]) / L.graph.degree
+    return Y
+
+
 def _walk(mesh: _Mesh, X: Floats, steps: int) -> Floats:
     """Steps of the lazy walk (I + P) / 2 = I - L / 2."""
-    L = mesh.isotropic.L
-    A = L.graph.adjacency()
     for _ in range(steps):
-        X = 0.5 * X + 0.5 * (A @ X) / L.graph.degree
+        X = (X + _averaged(mesh, X)) / 2
     return X
 
 
@@ -427,15 +449,17 @@ def _high_pass(mesh: _Mesh, X: Floats, normals: Floats) -> tuple[Floats, Boolean
     inside = mesh.counts & ~mesh.rim
     if not inside.any():
         inside = np.ones_like(inside)
-    A = mesh.isotropic.L.graph.adjacency()
-    d = mesh.isotropic.L.graph.degree
     for _ in range(2):
-        X = X - (A @ X) / d
-    root = np.sqrt(_row_squares(A, d))[inside]
+        X = X - _averaged(mesh, X)
+    root = np.empty(len(X))
+    root[mesh.isotropic.moving] = np.sqrt(_row_squares(mesh.isotropic))
+    root = root[inside]
     return (X * normals).sum(axis=1)[inside] / root, inside
 
 
-def _row_squares(A: csr_array, d: Floats) -> Floats:
+def _row_squares(isotropic: Prepared) -> Floats:
+    """Sums of the squares of the rows of L^2, in the order of its vertices."""
+    A, d = isotropic.L.graph.adjacency(), isotropic.L.graph.degree
     P = (diags_array(1 / d[:, 0]) @ A).tocsr()
     L = (diags_array(np.ones(len(d))) - P).tocsr()
     twice = (L @ L).tocsr()
@@ -482,7 +506,7 @@ def _coloured(mesh: _Mesh, normals: Floats, inside: Booleans) -> _Noise | None:
     # shape falls by a factor of six from the fourth band to the second, and of three from the eighth to the fourth
     # or by more (measured on clean surfaces); noise falls more slowly, whatever is left when that is taken off is noise
     second, third = (level[k] ** 2 - (level[2 * k] / falls) ** 2 for k, falls in ((2, 6), (4, 3)))
-    if second < (_COLOURED * level[1]) ** 2 or third < second:
+    if second < (_COLOURED * level[1]) ** 2 or third < 2 * second:
         return None
     # two bands, two unknowns; the finest bounds the white part
     correlated = max((third - second) / (share[4] ** 2 - share[2] ** 2), 0.0)
@@ -605,7 +629,7 @@ def _denoised(
 ) -> EdgeAwareResult:
     """The whole of :func:`smooth_edge_aware` and :func:`denoise`."""
     V, F = surface.vertices, surface.faces
-    h = mean_edge_length(surface)
+    h = _mean_side(V, F)
     used = np.zeros(len(V), dtype=np.bool_)
     used[F[(F[:, 0] != F[:, 1]) | (F[:, 1] != F[:, 2])].ravel()] = True
     if h == 0 or not used.any():
@@ -621,19 +645,19 @@ def _denoised(
     report(_BUILT)
     noise, rows = _chosen(sample, favor, fixed, with_isotropic, part(progress, _BUILT, _CHOSEN - _BUILT))
     report(_CHOSEN)
+    if noise.level <= _ROUNDING and fixed.setting(1.0) is None:
+        return _untouched(surface, begin)
     setting, error = rows[0]
     smoothed = _isotropic(mesh, X, setting.barycenter_weight)
     Y = _filtered(mesh, X, smoothed, setting, part(progress, _CHOSEN, 1 - _CHOSEN))
     Y, flips = _unflipped(mesh, Y, smoothed)
-    closed = is_closed(surface)
-    if closed:
-        Y = _with_volume(X, Y, G, noise.level)
+    volume = 0.0 if mesh.rim.any() else _volume(mesh, X)
+    if volume:
+        Y = _with_volume(mesh, Y, volume, noise.level)
     result = V.copy()
     step = (Y - X) * h
     result[moving] += step
-    done = Surface(result, F)
     report(1.0)
-    volume = signed_volume(surface) if closed else 0.0
     return EdgeAwareResult(
         vertices=result,
         noise=noise.level * h,
@@ -646,7 +670,7 @@ def _denoised(
         error=_root(error) * h,
         considered=tuple(Considered(each, _root(estimate) * h) for each, estimate in rows),
         flips=flips,
-        volume_change=100 * (signed_volume(done) - volume) / abs(volume) if volume else np.nan,
+        volume_change=100 * (_volume(mesh, Y) - volume) / abs(volume) if volume else np.nan,
         displacement=float(np.sqrt((step**2).sum() / len(V))),
         kernels=mesh.kernels.name,
         seconds=time.perf_counter() - begin,
@@ -662,10 +686,10 @@ def _chosen(
     mesh: _Mesh, favor: str, fixed: _Fixed, with_isotropic: bool, progress: Progress | None
 ) -> tuple[_Noise, list[tuple[Setting, float]]]:
     """The noise, and settings with their errors, best first."""
-    rough = vertex_normals(Surface(_isotropic(mesh, mesh.V, 0.4), mesh.F))
+    rough = _normals(mesh, _isotropic(mesh, mesh.V, 0.4))
     median = _median_level(mesh, rough)
     smoothed = _isotropic(mesh, mesh.V, guide_weight(median))
-    normals = vertex_normals(Surface(smoothed, mesh.F))
+    normals = _normals(mesh, smoothed)
     noise = _noise(mesh, normals, median, lambda: _filtered(mesh, mesh.V, smoothed, _TRIAL))
     if favor == "normals":
         noise = _Noise(noise.kind, noise.white * _FAVORING_NORMALS, noise.correlated * _FAVORING_NORMALS)
@@ -680,7 +704,7 @@ def _chosen(
 
 
 def _untouched(surface: Surface, begin: float) -> EdgeAwareResult:
-    """For surfaces without an edge of any length."""
+    """For surfaces without an edge of any length, or without noise."""
     return EdgeAwareResult(
         vertices=surface.vertices.copy(),
         noise=0.0,
@@ -702,7 +726,6 @@ def _untouched(surface: Surface, begin: float) -> EdgeAwareResult:
 
 def _unflipped(mesh: _Mesh, Y: Floats, smoothed: Floats) -> tuple[Floats, int]:
     """The vertices, those of turned faces drawn towards their neighbours; and how many faces stay turned."""
-    A, d = mesh.isotropic.L.graph.adjacency(), mesh.isotropic.L.graph.degree
     turned = _turned(mesh, Y, smoothed)
     for _ in range(_MOST_REPAIRS):
         if not turned.any():
@@ -710,7 +733,7 @@ def _unflipped(mesh: _Mesh, Y: Floats, smoothed: Floats) -> tuple[Floats, int]:
         corners = np.unique(mesh.F[turned])
         corners = corners[~mesh.rim[corners]]
         moved = Y.copy()
-        moved[corners] += ((A[corners] @ Y) / d[corners] - Y[corners]) / 2
+        moved[corners] += (_around(mesh, Y, corners) - Y[corners]) / 2
         now = _turned(mesh, moved, smoothed)
         if now.sum() > turned.sum():
             break
@@ -718,21 +741,23 @@ def _unflipped(mesh: _Mesh, Y: Floats, smoothed: Floats) -> tuple[Floats, int]:
     return Y, int(turned.sum())
 
 
-def _with_volume(X: Floats, Y: Floats, F: Integers, level: float) -> Floats:
-    """``Y`` moved along its normals, all vertices by the same, until its volume is that of ``X``.
+def _around(mesh: _Mesh, Y: Floats, vertices: npt.NDArray[np.integer]) -> Floats:
+    """The mean of the centroids of the faces at each of some vertices."""
+    graph = mesh.graph
+    ones = np.ones(len(graph.vertex_faces))
+    at = csr_array((ones, graph.vertex_faces, graph.vertex_indptr), shape=(graph.order, graph.size))
+    return np.asarray((at[vertices] @ mesh.kernels.frames(Y)[0]) * mesh.pull[vertices, None])
+
+
+def _with_volume(mesh: _Mesh, Y: Floats, given: float, level: float) -> Floats:
+    """``Y`` moved along its normals, all vertices by the same, so that its volume is that given.
 
     Noise does not change a volume in the mean, so that of the given surface is the best known. Where that takes more
     than a noise level, the volume means nothing (faces turned this way and that), and ``Y`` stays.
     """
-    given, moved = signed_volume(Surface(X, F)), Y
-    for _ in range(2):
-        surface = Surface(moved, F)
-        area = np.linalg.norm(face_vectors(surface), axis=1).sum() / 2
-        step = (given - signed_volume(surface)) / area if area > 0 else 0.0
-        if abs(step) > level:
-            return Y
-        moved = moved + step * vertex_normals(surface)
-    return moved
+    area = mesh.kernels.frames(Y)[2].sum() / 2
+    step = (given - _volume(mesh, Y)) / area if area > 0 else 0.0
+    return Y + step * _normals(mesh, Y) if abs(step) <= level else Y
 
 
 def _turned(mesh: _Mesh, Y: Floats, smoothed: Floats) -> Booleans:
