@@ -161,7 +161,7 @@ def choose_on(on: Sheet, measured: Measured, favor: str, low_pass: LowPass) -> C
 
     log_weight, least = _least(risk, float(np.log(guess)), _ALIKE if favor == "position" else 0.0)
     weight = float(np.clip(np.exp(log_weight), LEAST_WEIGHT, MOST_WEIGHT))
-    return Choice(weight, float(np.sqrt(max(least, 0.0))), noise, _warning(noise))
+    return Choice(weight, float(np.sqrt(max(least, 0.0))), noise, warning_of(noise))
 
 
 def _least(risk: Callable[[float], float], start: float, alike: float) -> tuple[float, float]:
@@ -187,7 +187,8 @@ def _least(risk: Callable[[float], float], start: float, alike: float) -> tuple[
     return x[1] + step * float(-slope / (2 * curvature) - min(lower, 0.5)), least
 
 
-def _warning(noise: Noise) -> str | None:
+def warning_of(noise: Noise) -> str | None:
+    """What the choice cannot take into account."""
     if noise.kind == CORRELATED:
         return (
             "the noise is shared between neighbours; nothing tells its long waves from shape, so the level and the "
@@ -225,15 +226,15 @@ def without_drift(displacement: Floats, X: Floats, F: Integers, noise: Noise) ->
     """The displacement of X, less what is along the surface where the noise is too low to ask for that."""
     n = normals(X + displacement, F)
     across = n * (displacement * n).sum(axis=1)[:, None]
-    return np.asarray(across + _drifting(noise) * (displacement - across))
+    return np.asarray(across + drifting(noise) * (displacement - across))
 
 
 def drifts(noise: Noise) -> bool:
     """Whether :func:`without_drift` takes anything away."""
-    return _drifting(noise) < 1.0
+    return drifting(noise) < 1.0
 
 
-def _drifting(noise: Noise) -> float:
+def drifting(noise: Noise) -> float:
     """The share of what is along the surface that the noise asks for."""
     level = noise.level / noise.mean_edge if noise.mean_edge else 0.0
     return float(np.clip((level - _STILL) / (_SHIFTING - _STILL), 0.0, 1.0))

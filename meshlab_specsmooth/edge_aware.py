@@ -23,9 +23,11 @@ import numpy as np
 import numpy.typing as npt
 from scipy.sparse import csr_array, diags_array
 
+from meshlab_specsmooth.automatic import drifting, warning_of
 from meshlab_specsmooth.errors import InvalidParameter, check_name
 from meshlab_specsmooth.graph.faces import FaceGraph, FaceKernels, face_graph, face_kernels
 from meshlab_specsmooth.memory import require
+from meshlab_specsmooth.noise import NONE, Noise, measure, nothing, sheet
 from meshlab_specsmooth.smoothing import Prepared, assemble
 from meshlab_specsmooth.spectral.progress import Progress, part
 from meshlab_specsmooth.surface import (
@@ -113,10 +115,10 @@ class EdgeAwareResult:
     ----------
     vertices : (n, 3) float64
         In mesh units; vertices that no face refers to are where they were, to the bit.
-    noise : float
+    noise : Noise
+        What was measured of the input.
+    level : float
         Standard deviation of the noise along the normals that the choice went by, in mesh units.
-    noise_kind : {"white", "impulses", "correlated"}
-        As what the noise was recognised.
     start, strength, range_width, passes
         The setting, see :class:`Setting`.
     barycenter_weight : float
@@ -134,12 +136,14 @@ class EdgeAwareResult:
         Root mean square distance between input and result, in mesh units.
     kernels : str
         ``"numba"`` where the extra ``fast`` is installed, else ``"scipy"``.
+    warning : str or None
+        What the choice could not take into account.
     seconds : float
     """
 
     vertices: Floats
-    noise: float
-    noise_kind: str
+    noise: Noise
+    level: float
     start: str
     strength: float
     range_width: float
@@ -151,6 +155,7 @@ class EdgeAwareResult:
     volume_change: float
     displacement: float
     kernels: str
+    warning: str | None
     seconds: float
 
 
@@ -273,7 +278,8 @@ class _Mesh:
     """A surface without stray vertices, measured in mean edges.
 
     ``pull`` is 1 over the number of each vertex' faces, ``rim`` the vertices at the boundary, ``counts`` those whose
-    error counts, ``isotropic`` the operators of the isotropic filter.
+    error counts, ``isotropic`` the operators of the isotropic filter, ``drifting`` the share of its displacement along
+    the surface that is kept.
     """
 
     V: Floats
@@ -284,6 +290,7 @@ class _Mesh:
     rim: Booleans
     counts: Booleans
     isotropic: Prepared
+    drifting: float = 1.0
 
 
 def _mesh(V: Floats, F: Integers, counts: Booleans) -> _Mesh:
@@ -325,6 +332,10 @@ def _isotropic(mesh: _Mesh, V: Floats, weight: float) -> Floats:
     shift = np.ldexp((V - mesh.V)[prepared.moving], -prepared.exponent)
     moved = replace(prepared, surface=Surface(V, mesh.F), positions=prepared.positions + shift)
     X = moved.smooth(barycenter_weight=weight, boundary="free").vertices
+    if mesh.drifting < 1:
+        n = _normals(mesh, X)
+        across = n * ((X - V) * n).sum(axis=1)[:, None]
+        X = V + across + mesh.drifting * (X - V - across)
     if mesh.rim.any():
         n = _normals(mesh, X)[mesh.rim]
         step = (X - V)[mesh.rim]
@@ -647,7 +658,12 @@ def _denoised(
     sample = mesh if len(G) <= _SEARCHED_FACES else _pieces(mesh)
     report = progress or (lambda _: None)
     report(_BUILT)
-    noise, rows = _chosen(sample, favor, fixed, with_isotropic, part(progress, _BUILT, _CHOSEN - _BUILT))
+    measured = measure(sheet(sample.V, sample.F)).noise
+    mesh, sample = (replace(each, drifting=drifting(measured)) for each in (mesh, sample))
+    if measured.kind == NONE and fixed == _Fixed(None, None, None):
+        noise, rows = _left_alone(mesh, measured, favor)
+    else:
+        noise, rows = _chosen(sample, favor, fixed, with_isotropic, part(progress, _BUILT, _CHOSEN - _BUILT))
     report(_CHOSEN)
     if noise.level <= _ROUNDING and fixed.setting(1.0) is None:
         return _untouched(surface, begin)
@@ -664,8 +680,8 @@ def _denoised(
     report(1.0)
     return EdgeAwareResult(
         vertices=result,
-        noise=noise.level * h,
-        noise_kind=noise.kind,
+        noise=measured.scaled(0, h),
+        level=noise.level * h,
         start=setting.start,
         strength=setting.strength,
         range_width=setting.range_width,
@@ -677,8 +693,16 @@ def _denoised(
         volume_change=100 * (_volume(mesh, Y) - volume) / abs(volume) if volume else np.nan,
         displacement=float(np.sqrt((step**2).sum() / len(V))),
         kernels=mesh.kernels.name,
+        warning=warning_of(measured),
         seconds=time.perf_counter() - begin,
     )
+
+
+def _left_alone(mesh: _Mesh, measured: Noise, favor: str) -> tuple[_Noise, list[tuple[Setting, float]]]:
+    """What there is to do for a surface without noise worth the name: next to nothing, whatever its edges are like."""
+    automatic = mesh.isotropic.smooth(favor=favor)
+    setting = Setting("smoothed", 0.0, 0.0, 0, automatic.barycenter_weight)
+    return _Noise("white", measured.level), [(setting, (automatic.estimated_error or 0.0) ** 2)]
 
 
 def _root(squared: float) -> float:
@@ -711,8 +735,8 @@ def _untouched(surface: Surface, begin: float) -> EdgeAwareResult:
     """For surfaces without an edge of any length, or without noise."""
     return EdgeAwareResult(
         vertices=surface.vertices.copy(),
-        noise=0.0,
-        noise_kind="white",
+        noise=nothing(0.0),
+        level=0.0,
         start="given",
         strength=0.0,
         range_width=0.0,
@@ -724,6 +748,7 @@ def _untouched(surface: Surface, begin: float) -> EdgeAwareResult:
         volume_change=np.nan,
         displacement=0.0,
         kernels="none",
+        warning=None,
         seconds=time.perf_counter() - begin,
     )
 

@@ -124,12 +124,12 @@ class Noise:
     outliers: float
     covariance: Floats
 
-    def scaled(self, exponent: int) -> Noise:
-        """The same noise with lengths times 2^exponent."""
+    def scaled(self, exponent: int, factor: float = 1.0) -> Noise:
+        """The same noise with lengths times ``factor`` 2^exponent."""
         level, low, high, edge = (
-            float(np.ldexp(x, exponent)) for x in (self.level, self.low, self.high, self.mean_edge)
+            float(np.ldexp(factor * x, exponent)) for x in (self.level, self.low, self.high, self.mean_edge)
         )
-        orders, bands = (tuple(np.ldexp(x, exponent).tolist()) for x in (self.orders, self.bands))
+        orders, bands = (tuple(np.ldexp(np.multiply(x, factor), exponent).tolist()) for x in (self.orders, self.bands))
         return Noise(level, low, high, self.kind, edge, orders, bands, self.kurtosis, self.outliers, self.covariance)
 
 
@@ -207,7 +207,7 @@ def measure(on: Sheet) -> Measured:
     """Level and kind of the noise."""
     if on.mean_edge == 0 or len(on.positions) < _FEWEST:
         # too little to tell noise from shape
-        return Measured(_nothing(on), normals(on.positions, on.faces))
+        return Measured(nothing(on.mean_edge), normals(on.positions, on.faces))
     X, L = on.positions, on.L
     rows = _row_norms(L)
     twice = L @ (L @ X)
@@ -249,8 +249,9 @@ def measure(on: Sheet) -> Measured:
     return Measured(noise, guide)
 
 
-def _nothing(on: Sheet) -> Noise:
-    return Noise(0.0, 0.0, 0.0, NONE, on.mean_edge, (0.0,) * ORDERS, (0.0,) * BANDS, 0.0, 0.0, np.zeros((3, 3)))
+def nothing(mean_edge: float) -> Noise:
+    """No noise, on a mesh with edges of that length."""
+    return Noise(0.0, 0.0, 0.0, NONE, mean_edge, (0.0,) * ORDERS, (0.0,) * BANDS, 0.0, 0.0, np.zeros((3, 3)))
 
 
 def _row_norms(L: Laplacian) -> Floats:
