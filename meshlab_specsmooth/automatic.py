@@ -67,6 +67,10 @@ _PATCHES = 4
 _PATCH = 2000
 _PATCH_SEED = 5
 
+# The least squares take a time that grows as one over the weight. Up to so many vertices it is taken as low as the
+# estimate has it; beyond, not below the first guess, which leaves a fifth to a third of the noise, in a second or two.
+_LARGE = 100_000
+
 # The robust pass: vertices are drawn to within the median distance of the surface that is smoothed from them, again
 # and again; impulses lie far beyond the median. The weight is what keeps edges while the passes spread.
 _ROBUST_PASSES = 15
@@ -134,14 +138,15 @@ def choose(positions: Floats, faces: Integers, L: Laplacian, favor: str, low_pas
     """
     on = part_of(positions, faces, L)
     measured = measure(on)
+    is_large = len(positions) > _LARGE
     if measured.noise.kind != IMPULSE:
-        return choose_on(on, measured, favor, low_pass)
+        return choose_on(on, measured, favor, low_pass, is_large)
     drawn = sheet(robust(on.positions, on.faces, on.L, on.gram), on.faces)
-    return replace(choose_on(drawn, measure(drawn), favor, low_pass), noise=measured.noise)
+    return replace(choose_on(drawn, measure(drawn), favor, low_pass, is_large), noise=measured.noise)
 
 
-def choose_on(on: Sheet, measured: Measured, favor: str, low_pass: LowPass) -> Choice:
-    """The same for a sheet whose noise is known."""
+def choose_on(on: Sheet, measured: Measured, favor: str, low_pass: LowPass, is_large: bool = False) -> Choice:
+    """The same for a sheet whose noise is known, which stands for a large mesh or not."""
     noise, n = measured.noise, measured.normals
     if noise.level <= _NOTHING * on.mean_edge:
         return Choice(weight_for(0.0), noise.level, noise)
@@ -151,6 +156,7 @@ def choose_on(on: Sheet, measured: Measured, favor: str, low_pass: LowPass) -> C
 
     guess = weight_for(noise.level / on.mean_edge)
     lowest = max(guess / _FINEST, LEAST_WEIGHT)
+    least_weight = max(guess / (_NORMALS if favor == "normals" else 1.0), lowest) if is_large else LEAST_WEIGHT
     of_shape, of_noise = (low_pass.removed(on, X, lowest) for X in (on.positions, z))
 
     def risk(log_weight: float) -> float:
@@ -159,18 +165,18 @@ def choose_on(on: Sheet, measured: Measured, favor: str, low_pass: LowPass) -> C
         kept = float((z * rebuilt(on.L, on.gram, z, weight, of_noise))[inner].mean())
         return float((moved**2).mean()) - energy + 2 * kept
 
-    log_weight, least = _least(risk, float(np.log(guess)), _ALIKE if favor == "position" else 0.0)
-    weight = float(np.clip(np.exp(log_weight), LEAST_WEIGHT, MOST_WEIGHT))
+    log_weight, least = _least(risk, float(np.log(guess)), _ALIKE if favor == "position" else 0.0, least_weight)
+    weight = float(np.clip(np.exp(log_weight), least_weight, MOST_WEIGHT))
     return Choice(weight, float(np.sqrt(max(least, 0.0))), noise, warning_of(noise))
 
 
-def _least(risk: Callable[[float], float], start: float, alike: float) -> tuple[float, float]:
+def _least(risk: Callable[[float], float], start: float, alike: float, lowest: float) -> tuple[float, float]:
     """The lowest argument whose root is within a share of the least, and the least, near ``start``."""
     step = float(np.log(_FACTOR))
     x = [start - step, start, start + step]
     y = [risk(at) for at in x]
     for _ in range(_STEPS):
-        if y[1] <= min(y) or not np.log(LEAST_WEIGHT) < x[0] < x[2] < np.log(MOST_WEIGHT):
+        if y[1] <= min(y) or not np.log(lowest) < x[0] < x[2] < np.log(MOST_WEIGHT):
             break
         if y[0] < y[2]:
             x = [x[0] - step, *x[:2]]

@@ -351,4 +351,5 @@ class Defaults:
 
 
 SMOOTHING_DEFAULTS = Defaults(load("apply_coord_spectral_smoothing"))
+LOW_PASS_DEFAULTS = Defaults(load("apply_coord_spectral_low_pass"))
 ENHANCEMENT_DEFAULTS = Defaults(load("apply_coord_spectral_enhancement"))

@@ -331,7 +331,7 @@ def _isotropic(mesh: _Mesh, V: Floats, weight: float) -> Floats:
     prepared = mesh.isotropic
     shift = np.ldexp((V - mesh.V)[prepared.moving], -prepared.exponent)
     moved = replace(prepared, surface=Surface(V, mesh.F), positions=prepared.positions + shift)
-    X = moved.smooth(barycenter_weight=weight, boundary="free").vertices
+    X = moved.smooth(barycenter_weight=weight, response="heat", boundary="free").vertices
     if mesh.drifting < 1:
         n = _normals(mesh, X)
         across = n * ((X - V) * n).sum(axis=1)[:, None]

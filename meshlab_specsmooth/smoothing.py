@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from meshlab_specsmooth.automatic import FAVORS, Choice, LowPass, across_the_rim, choose, drifts, robust, without_drift
-from meshlab_specsmooth.descriptors import ENHANCEMENT_DEFAULTS, SMOOTHING_DEFAULTS
+from meshlab_specsmooth.descriptors import ENHANCEMENT_DEFAULTS, LOW_PASS_DEFAULTS, SMOOTHING_DEFAULTS
 from meshlab_specsmooth.errors import InvalidParameter, check_name
 from meshlab_specsmooth.graph import order
 from meshlab_specsmooth.graph.build import of_mesh
@@ -20,6 +20,7 @@ from meshlab_specsmooth.noise import CORRELATED, IMPULSE, Noise
 from meshlab_specsmooth.operators import LAPLACIANS, Gram, gram_of_barycenters, laplacian_of_kind
 from meshlab_specsmooth.reconstruction import Constraints, Solution, passed_on, solve
 from meshlab_specsmooth.region import BOUNDARIES, Rim, blend, rim, weights
+from meshlab_specsmooth.response import RESPONSES
 from meshlab_specsmooth.spectral import SpectralFilter, density, eigenbasis
 from meshlab_specsmooth.spectral.chebyshev import PassedOn
 from meshlab_specsmooth.spectral.cutoff import wavelength_in_edges
@@ -54,6 +55,7 @@ _COUNTING = SMOOTHING_DEFAULTS.text("counting")
 _BOUNDARY = SMOOTHING_DEFAULTS.text("boundary")
 _FAVOR = SMOOTHING_DEFAULTS.text("favor")
 _FEATURE_GAIN = SMOOTHING_DEFAULTS.number("feature_gain")
+_LOW_PASS_RESPONSE = LOW_PASS_DEFAULTS.text("response")
 _ENHANCING_RESPONSE = ENHANCEMENT_DEFAULTS.text("response")
 _ENHANCING_WEIGHT = ENHANCEMENT_DEFAULTS.number("barycenter_weight")
 _GAIN = ENHANCEMENT_DEFAULTS.number("gain")
@@ -207,6 +209,10 @@ class Prepared:
         kept = 0.0 if features is None else feature_gain * self._weights("features", features)
         region = self._region(boundary, mask, 1.0 - kept)
         check_name("favor", favor, FAVORS)
+        check_name("response", response, ("auto", *RESPONSES))
+        if response == "auto":
+            # where all is chosen, a response whose polynomial is short whatever the weight, else the paper's
+            response = "heat" if modes is wavelength is barycenter_weight is None else "ideal"
         if barycenter_weight is None:
             if modes is not None and wavelength is None:
                 cutoff = self._design(modes, None, response, method, counting, 1.0, None).cutoff
@@ -312,7 +318,7 @@ class Prepared:
         *,
         modes: int | None = None,
         wavelength: float | None = None,
-        response: str = _RESPONSE,
+        response: str = _LOW_PASS_RESPONSE,
         method: str = _METHOD,
         counting: str = _COUNTING,
         mask: npt.ArrayLike | None = None,
@@ -674,8 +680,9 @@ def smooth(
         Number of modes kept, lowest first (the paper's f_a).
     wavelength : float, optional
         Shortest surface wave kept, in mesh units. Without this and ``modes``: 20 mean edge lengths.
-    response : {"ideal", "butterworth", "gaussian", "heat"}
-        Shape of the low-pass; see :mod:`meshlab_specsmooth.response`.
+    response : {"auto", "ideal", "butterworth", "gaussian", "heat"}
+        Shape of the low-pass; see :mod:`meshlab_specsmooth.response`. ``"auto"`` is heat where neither a cut-off nor a
+        weight is given, whose polynomial takes a tenth of the sweeps, else ideal.
     barycenter_weight : float, optional
         w > 0, dimensionless: how firmly the barycentres are held. It is the strength of the filter, more than the
         cut-off is: 1 is the paper, 0.3 suits noise of 0.2 edge lengths. Without it the noise is measured
@@ -759,7 +766,7 @@ def low_pass(
     *,
     modes: int | None = None,
     wavelength: float | None = None,
-    response: str = _RESPONSE,
+    response: str = _LOW_PASS_RESPONSE,
     laplacian: str = _LAPLACIAN,
     method: str = _METHOD,
     counting: str = _COUNTING,
