@@ -38,6 +38,7 @@ from meshlab_specsmooth.spectral import eigenbasis  # noqa: E402
 from meshlab_specsmooth.surface import Surface  # noqa: E402
 
 Seconds = dict[str, float]
+PAPER = {"modes": 200, "barycenter_weight": 1.0}  # its setting
 
 
 def torus(vertices: int) -> Surface:
@@ -134,7 +135,7 @@ def book(n: int, runs: int) -> Seconds:
     kept = {}
     seconds = in_turn(
         runs,
-        ours=lambda: kept.update(ours=mss.smooth(surface.vertices, surface.faces, modes=200, method="chebyshev")),
+        ours=lambda: kept.update(ours=mss.smooth(surface.vertices, surface.faces, **PAPER, method="chebyshev")),
         book=lambda: kept.update(book=book_way(surface, 200)),
     )
     apart = np.sqrt(((kept["ours"].vertices - kept["book"]) ** 2).sum(axis=1).mean())
@@ -213,7 +214,7 @@ def slider(n: int, runs: int) -> Seconds:
     """Further calls on the prepared surface, each with another cut-off, response and weight."""
     surface = torus(n)
     # in a fresh process: what is loaded once is part of a user's first call
-    first_ever = timed(lambda: mss.prepare(surface.vertices, surface.faces).smooth(modes=200))
+    first_ever = timed(lambda: mss.prepare(surface.vertices, surface.faces).smooth(**PAPER))
     prepared = mss.prepare(surface.vertices, surface.faces)
     settings = [
         {"modes": modes, "barycenter_weight": weight, "response": response}
@@ -221,13 +222,13 @@ def slider(n: int, runs: int) -> Seconds:
         for weight in (1.0, 0.7)
         for response in ("ideal", "butterworth")
     ]
-    kept = {"start": prepared.smooth(modes=200)}
+    kept = {"start": prepared.smooth(**PAPER)}
 
     def move(given: dict[str, object]) -> None:
         kept.update(start=prepared.smooth(**kept, **given))  # from the last answer, as a slider has it
 
     further = [timed(lambda given=given: move(given)) for _ in range(runs) for given in settings]
-    first = in_turn(runs, first=lambda: mss.prepare(surface.vertices, surface.faces).smooth(modes=200))["first"]
+    first = in_turn(runs, first=lambda: mss.prepare(surface.vertices, surface.faces).smooth(**PAPER))["first"]
     return {"first_ever": first_ever, "first": first, "next": statistics.median(further)}
 
 
