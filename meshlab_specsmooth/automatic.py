@@ -12,7 +12,7 @@ and for noise of any distribution.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -85,18 +85,27 @@ class Choice:
     ----------
     weight : float
         w of the least estimated error.
-    error : float
-        Estimated root mean square error along the normals at that weight, in the units of the positions.
+    risk : float
+        Estimated mean square error along the normals at that weight, in squared units of the positions; it may turn out
+        below zero where there is hardly an error.
     noise : Noise
         In the units of the positions.
+    response : str
+        Name of the response, of those that there were to choose from.
     warning : str or None
         What the estimate does not cover.
     """
 
     weight: float
-    error: float
+    risk: float
     noise: Noise
+    response: str
     warning: str | None = None
+
+    @property
+    def error(self) -> float:
+        """Its root, in the units of the positions."""
+        return float(np.sqrt(max(self.risk, 0.0)))
 
 
 @dataclass(frozen=True)
@@ -123,8 +132,10 @@ class LowPass:
         return np.asarray(designed.filter.apply(on.L, delta) - delta)
 
 
-def choose(positions: Floats, faces: Integers, L: Laplacian, favor: str, low_pass: LowPass) -> Choice:
-    """The barycentre weight of least estimated error.
+def choose(
+    positions: Floats, faces: Integers, L: Laplacian, favor: str, responses: Sequence[str], shortest: float
+) -> Choice:
+    """The barycentre weight, and the response, of least estimated error.
 
     Parameters
     ----------
@@ -134,22 +145,28 @@ def choose(positions: Floats, faces: Integers, L: Laplacian, favor: str, low_pas
         Of the mesh; its graph is walked for patches.
     favor : {"position", "normals"}
         Whose error is to be small.
-    low_pass : LowPass
+    responses : sequence of str
+        To choose from; of a large mesh the first is taken.
+    shortest : float
+        The shortest wave that the low-pass keeps, in mean edges.
     """
     on = part_of(positions, faces, L)
     measured = measure(on)
     is_large = len(positions) > _LARGE
-    if measured.noise.kind != IMPULSE:
-        return choose_on(on, measured, favor, low_pass, is_large)
-    drawn = sheet(robust(on.positions, on.faces, on.L, on.gram), on.faces)
-    return replace(choose_on(drawn, measure(drawn), favor, low_pass, is_large), noise=measured.noise)
+    noise = measured.noise
+    if noise.kind == IMPULSE:
+        on = sheet(robust(on.positions, on.faces, on.L, on.gram), on.faces)
+        measured = measure(on)
+    low_passes = [LowPass(name, shortest) for name in (responses[:1] if is_large else responses)]
+    choices = [choose_on(on, measured, favor, low_pass, is_large) for low_pass in low_passes]
+    return replace(min(choices, key=lambda choice: choice.risk), noise=noise)
 
 
 def choose_on(on: Sheet, measured: Measured, favor: str, low_pass: LowPass, is_large: bool = False) -> Choice:
     """The same for a sheet whose noise is known, which stands for a large mesh or not."""
     noise, n = measured.noise, measured.normals
     if noise.level <= _NOTHING * on.mean_edge:
-        return Choice(weight_for(0.0), noise.level, noise)
+        return Choice(weight_for(0.0), noise.level**2, noise, low_pass.name)
     z = realisation(on, n, noise) * (_NORMALS if favor == "normals" else 1.0)
     inner = on.inner
     energy = float((z[inner] ** 2).mean())
@@ -167,7 +184,7 @@ def choose_on(on: Sheet, measured: Measured, favor: str, low_pass: LowPass, is_l
 
     log_weight, least = _least(risk, float(np.log(guess)), _ALIKE if favor == "position" else 0.0, least_weight)
     weight = float(np.clip(np.exp(log_weight), least_weight, MOST_WEIGHT))
-    return Choice(weight, float(np.sqrt(max(least, 0.0))), noise, warning_of(noise))
+    return Choice(weight, least, noise, low_pass.name, warning_of(noise))
 
 
 def _least(risk: Callable[[float], float], start: float, alike: float, lowest: float) -> tuple[float, float]:
@@ -188,8 +205,8 @@ def _least(risk: Callable[[float], float], start: float, alike: float, lowest: f
     if y[1] > min(y) or not curvature > 0:
         at = int(np.argmin(y))
         return x[at], y[at]
-    least = max(y[1] - slope**2 / (4 * curvature), 0.0)
-    lower = np.sqrt(((1 + alike) ** 2 - 1) * least / curvature)
+    least = y[1] - slope**2 / (4 * curvature)
+    lower = np.sqrt(((1 + alike) ** 2 - 1) * max(least, 0.0) / curvature)
     return x[1] + step * float(-slope / (2 * curvature) - min(lower, 0.5)), least
 
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
-from meshlab_specsmooth.automatic import FAVORS, Choice, LowPass, across_the_rim, choose, drifts, robust, without_drift
+from meshlab_specsmooth.automatic import FAVORS, Choice, across_the_rim, choose, drifts, robust, without_drift
 from meshlab_specsmooth.descriptors import ENHANCEMENT_DEFAULTS, LOW_PASS_DEFAULTS, SMOOTHING_DEFAULTS
 from meshlab_specsmooth.errors import InvalidParameter, check_name
 from meshlab_specsmooth.graph import order
@@ -59,6 +59,9 @@ _LOW_PASS_RESPONSE = LOW_PASS_DEFAULTS.text("response")
 _ENHANCING_RESPONSE = ENHANCEMENT_DEFAULTS.text("response")
 _ENHANCING_WEIGHT = ENHANCEMENT_DEFAULTS.number("barycenter_weight")
 _GAIN = ENHANCEMENT_DEFAULTS.number("gain")
+
+# Responses that an automatic choice has: one whose polynomial is short whatever the weight, and the paper's
+_CHOSEN_FROM = ("heat", "ideal")
 
 # The band that enhancement amplifies without further notice: longer waves are the shape, shorter ones the noise
 LONGEST_ENHANCED_IN_EDGES = 30.0
@@ -210,20 +213,20 @@ class Prepared:
         region = self._region(boundary, mask, 1.0 - kept)
         check_name("favor", favor, FAVORS)
         check_name("response", response, ("auto", *RESPONSES))
-        if response == "auto":
-            # where all is chosen, a response whose polynomial is short whatever the weight, else the paper's
-            response = "heat" if modes is wavelength is barycenter_weight is None else "ideal"
+        all_chosen = modes is wavelength is barycenter_weight is None
+        responses = (response,) if response != "auto" else _CHOSEN_FROM if all_chosen else ("ideal",)
+        response = responses[-1]
         if barycenter_weight is None:
             if modes is not None and wavelength is None:
                 cutoff = self._design(modes, None, response, method, counting, 1.0, None).cutoff
                 shortest = wavelength_in_edges(cutoff.eigenvalue)
             else:
                 shortest = self._in_edges("wavelength", wavelength, DEFAULT_WAVELENGTH_IN_EDGES)
-            chosen = self._chosen(favor, boundary, mask, LowPass(response, shortest))
+            chosen = self._chosen(favor, boundary, mask, responses, shortest)
             result = chosen.start.smooth(
                 modes=modes,
                 wavelength=wavelength,
-                response=response,
+                response=chosen.choice.response,
                 barycenter_weight=chosen.choice.weight,
                 passes=passes,
                 method=method,
@@ -333,10 +336,12 @@ class Prepared:
             displacement *= blend(self.L, self._weights("mask", mask))
         return self._result(displacement, low_pass, 0.0, [], start)
 
-    def _chosen(self, favor: str, boundary: str, mask: npt.ArrayLike | None, low_pass: LowPass) -> _Chosen:
+    def _chosen(
+        self, favor: str, boundary: str, mask: npt.ArrayLike | None, responses: Sequence[str], shortest: float
+    ) -> _Chosen:
         """The weight of least estimated error, and where to start from: impulses drawn in, a noisy rim smoothed."""
         faces = self.renumbered_faces()
-        choice = choose(self.positions, faces, self.L, favor, low_pass)
+        choice = choose(self.positions, faces, self.L, favor, responses, shortest)
         start = self.positions
         if choice.noise.kind == IMPULSE:
             start = robust(start, faces, self.L, self.gram)
@@ -681,8 +686,8 @@ def smooth(
     wavelength : float, optional
         Shortest surface wave kept, in mesh units. Without this and ``modes``: 20 mean edge lengths.
     response : {"auto", "ideal", "butterworth", "gaussian", "heat"}
-        Shape of the low-pass; see :mod:`meshlab_specsmooth.response`. ``"auto"`` is heat where neither a cut-off nor a
-        weight is given, whose polynomial takes a tenth of the sweeps, else ideal.
+        Shape of the low-pass; see :mod:`meshlab_specsmooth.response`. ``"auto"`` is ideal; where neither a cut-off nor
+        a weight is given, heat or ideal, by estimated error (beyond 100 000 vertices heat, which is cheap).
     barycenter_weight : float, optional
         w > 0, dimensionless: how firmly the barycentres are held. It is the strength of the filter, more than the
         cut-off is: 1 is the paper, 0.3 suits noise of 0.2 edge lengths. Without it the noise is measured

