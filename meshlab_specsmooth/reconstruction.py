@@ -105,8 +105,7 @@ class _NormalMatrix:
 
     def inverse_diagonal(self) -> Floats:
         """(n, 1): one over the diagonal of L^T R L + G; L_ij = - w_ij / d_i."""
-        v, sums = self.rows / self.L.degree**2, np.empty_like(self.rows)
-        blocks.in_threads(lambda i, j: self.L.kernels.squares(i, j, v, sums), len(v))
+        sums = self.L.sums_of_squares(self.rows / self.L.degree**2)
         sums += self.rows
         sums += self.gram.diagonal
         return np.asarray(1 / sums)
@@ -119,7 +118,8 @@ def solve(
     change: Floats,
     progress: Progress | None = None,
     constraints: Constraints | None = None,
-    scratch: Floats | None = None,
+    spare: list[Floats] | None = None,
+    start: Floats | None = None,
 ) -> Solution:
     """Displacement that turns the differential coordinates by ``change`` as well as the barycentres allow.
 
@@ -136,8 +136,10 @@ def solve(
         Called with the fraction done, in [0, 1].
     constraints : Constraints, optional
         None: every vertex is free and every row asked for.
-    scratch : (n, 3) float64, optional
-        Memory that is not needed any more, to be used again: on large meshes much of the time goes into new memory.
+    spare : list of (n, 3) float64, optional
+        Memory that is not needed any more, to be used again; ``change`` may be among it.
+    start : (n, 3) float64, optional
+        A displacement that is probably near: the nearer, the fewer iterations.
 
     Raises
     ------
@@ -148,11 +150,12 @@ def solve(
     free, rows = (constraints.free, constraints.rows) if constraints is not None else (np.ones((n, 1)),) * 2
     w2 = weight * weight
     A = _NormalMatrix(L, Gram(w2 * gram.diagonal, w2 * gram.edge, w2 * gram.odd), free, rows)
-    q = np.empty_like(change)
-    z = np.empty_like(change) if scratch is None else scratch
-    # L^T R change = D L D^-1 R change
-    b = L @ np.multiply(change, rows / L.degree, out=z)
+    memory = [] if spare is None else spare
+    z = blocks.taken(memory, change)
+    # L^T R change = D L D^-1 R change; from here on, change is not looked at
+    b = L.product(np.multiply(change, rows / L.degree, out=z), blocks.taken(memory, change))
     b *= free * L.degree
+    q, r, p, x = (blocks.taken(memory, change) for _ in range(4))
     if constraints is not None and constraints.prescribed.any():
         A.times(constraints.prescribed, z, q)
         b -= q
@@ -161,15 +164,20 @@ def solve(
     active = scale > np.finfo(float).eps * scale.max(initial=0.0)
     for column in np.flatnonzero(~active):
         b[:, column], scale[column] = 0, 1
-    x = np.zeros_like(b)
     if not active.any():
-        return Solution(x if constraints is None else constraints.prescribed, 0, 0.0)
+        return Solution(np.zeros_like(b) if constraints is None else constraints.prescribed, 0, 0.0)
 
     m = A.inverse_diagonal()
     wanted = tolerance(weight)
-    r = b.copy()
-    p = m * r
-    rho, norm = _dots(r, p), scale
+    r[...] = b
+    if start is None:
+        x.fill(0.0)
+    else:
+        np.multiply(start, free * active, out=x)
+        A.times(x, z, q)
+        r -= q
+    np.multiply(m, r, out=p)
+    rho, norm = _dots(r, p), np.sqrt(_dots(r, r))
     iterations = 0
     while (norm > wanted * scale).any():
         worst = float((norm / scale).max())

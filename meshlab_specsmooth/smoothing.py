@@ -60,8 +60,9 @@ _GAIN = ENHANCEMENT_DEFAULTS.number("gain")
 LONGEST_ENHANCED_IN_EDGES = 30.0
 SHORTEST_ENHANCED_IN_EDGES = 6.0
 
-# From differential coordinates to what is to be added to them; the operator is the surface's or its boundary's
-Change = Callable[[Laplacian, SpectralFilter, Floats, Progress | None], Floats]
+# From differential coordinates to what is to be added to them, with memory that is spare; the operator is the surface's
+# or its boundary's
+Change = Callable[[Laplacian, SpectralFilter, Floats, Progress | None, list[Floats]], Floats]
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,6 +137,8 @@ class Prepared:
     moving : (k,) int32
         The vertices that have an edge, in an order that keeps neighbours near each other; the others stay. All
         operators act on these.
+    place : (n,) int32 or None
+        Where each vertex is among these, -1 for those that stay; None where all move, in the order given.
     positions : (k, 3) float64
         Their positions, centred, times 2^-exponent, so that they lie in [-1, 1].
     exponent : int
@@ -154,6 +157,7 @@ class Prepared:
 
     surface: Surface
     moving: Integers
+    place: Integers | None
     positions: Floats
     exponent: int
     mean_edge: float
@@ -162,11 +166,6 @@ class Prepared:
     rim: Rim | None
     kind: str
     modes: Density | None = None
-
-    @property
-    def is_in_order(self) -> bool:
-        """Whether all vertices take part, in the order given."""
-        return _is_every(self.moving, len(self.surface.vertices))
 
     def smooth(
         self,
@@ -182,10 +181,15 @@ class Prepared:
         mask: npt.ArrayLike | None = None,
         features: npt.ArrayLike | None = None,
         feature_gain: float = _FEATURE_GAIN,
+        start: SmoothingResult | None = None,
         progress: Progress | None = None,
     ) -> SmoothingResult:
-        """As :func:`smooth`, without preparing anew."""
-        start = time.perf_counter()
+        """As :func:`smooth`, without preparing anew.
+
+        ``start`` is an earlier result for this surface, with settings not far from these, as a slider has it: the least
+        squares then start from it, which saves iterations and makes no difference beyond their tolerance.
+        """
+        began = time.perf_counter()
         if not 0 <= feature_gain < np.inf:
             raise InvalidParameter(f"feature_gain is {feature_gain}; it must be finite and not negative")
         kept = 0.0 if features is None else feature_gain * self._weights("features", features)
@@ -207,12 +211,15 @@ class Prepared:
             ),
         )
 
-        def removed(L: Laplacian, filter_: SpectralFilter, delta: Floats, report: Progress | None) -> Floats:
-            change = filter_.apply(L, delta, report)
+        def removed(
+            L: Laplacian, filter_: SpectralFilter, delta: Floats, report: Progress | None, spare: list[Floats]
+        ) -> Floats:
+            change = filter_.apply(L, delta, report, spare)
             change -= delta
             return change
 
-        return self._run(removed, low_pass, along, region, barycenter_weight, passes, start, progress)
+        guess = None if start is None else self._displacement_of(start)
+        return self._run(removed, low_pass, along, region, barycenter_weight, passes, began, progress, guess)
 
     def enhance(
         self,
@@ -251,8 +258,12 @@ class Prepared:
                 passed_on=seen,
             )
 
-        def added(L: Laplacian, filter_: SpectralFilter, delta: Floats, report: Progress | None) -> Floats:
-            return (gain - 1) * filter_.apply(L, delta, report)
+        def added(
+            L: Laplacian, filter_: SpectralFilter, delta: Floats, report: Progress | None, spare: list[Floats]
+        ) -> Floats:
+            change = filter_.apply(L, delta, report, spare)
+            change *= gain - 1
+            return change
 
         across = band_pass(self.L, 1.0, _passed_on(barycenter_weight))
         along = self._along_rim(
@@ -290,6 +301,7 @@ class Prepared:
         passes: int,
         start: float,
         progress: Progress | None,
+        guess: Floats | None = None,
     ) -> SmoothingResult:
         """The three steps, on the boundary curve first if it is smoothed by itself."""
         passes = _whole("passes", passes)
@@ -304,18 +316,21 @@ class Prepared:
             delta = self.L @ V
             if region.is_constrained:
                 delta *= region.rows
-            change = change_of(self.L, across.filter, delta, step_2)
+            spare: list[Floats] = []
+            change = change_of(self.L, across.filter, delta, step_2, spare)
             if region.is_partial:
                 change *= region.field
             prescribed = np.zeros_like(V) if region.is_constrained else None
             if prescribed is not None and along is not None and self.rim is not None:
                 at, curve = self.rim.vertices, self.rim.L
-                change_along = region.field[at] * change_of(curve, along.filter, curve @ V[at], None)
+                change_along = region.field[at] * change_of(curve, along.filter, curve @ V[at], None, [])
                 free = region.mask[at] * self._is_long(self.rim, across)
                 held = Constraints(free, np.ones((len(at), 1)), np.zeros_like(change_along))
                 prescribed[at] = solve(curve, self.rim.gram, weight, change_along, None, held).displacement
             constraints = None if prescribed is None else Constraints(region.free, region.rows, prescribed)
-            solutions.append(solve(self.L, self.gram, weight, change, step_3, constraints, scratch=delta))
+            spare += [delta, change]
+            nearby = None if number else guess
+            solutions.append(solve(self.L, self.gram, weight, change, step_3, constraints, spare, nearby))
             displacement = displacement + solutions[-1].displacement if number else solutions[-1].displacement
         if progress is not None:
             progress(1.0)
@@ -405,6 +420,15 @@ class Prepared:
         wavelength = wavelength_in_edges(across.cutoff.eigenvalue) * self.mean_edge
         return (curve.length > 1.25 * wavelength).astype(np.float64)
 
+    def _displacement_of(self, result: SmoothingResult) -> Floats:
+        """What a result moved, of the moving vertices, on the scale of ``positions``."""
+        if result.vertices.shape != self.surface.vertices.shape:
+            raise InvalidParameter(
+                f"start is a result for {len(result.vertices)} vertices; this mesh has {len(self.surface.vertices)}"
+            )
+        step = result.vertices - self.surface.vertices
+        return _scaled(step if self.place is None else step.take(self.moving, axis=0), -self.exponent)
+
     def _result(
         self, displacement: Floats, low_pass: Design, weight: float, solutions: list[Solution], start: float
     ) -> SmoothingResult:
@@ -412,11 +436,12 @@ class Prepared:
         rms = np.sqrt(np.vdot(displacement, displacement) / len(self.surface.vertices))
         # the displacement is added to the positions as given, and only where there is one: the rest stays to the bit
         vertices = self.surface.vertices.copy()
-        moved = vertices if self.is_in_order else vertices[self.moving]
-        step = _scaled(displacement, self.exponent)
-        np.add(moved, step, out=moved, where=step != 0)
-        if not self.is_in_order:
-            vertices[self.moving] = moved
+        if len(displacement):
+            step = _scaled(displacement, self.exponent)
+            if self.place is not None:
+                step = step.take(self.place, axis=0, mode="wrap")  # several times as fast as by brackets
+                step[self.place < 0] = 0.0
+            np.add(vertices, step, out=vertices, where=step != 0)
         return SmoothingResult(
             vertices=vertices,
             cutoff=low_pass.cutoff.eigenvalue,
@@ -494,22 +519,26 @@ def assemble(
         F = F[has_side]
     has_edge = np.zeros(len(V), dtype=np.bool_)
     has_edge[F] = True
-    moving = np.flatnonzero(has_edge)
-    if order.is_scattered(F, len(V)):
-        moving = moving[order.along_a_curve(V[moving])]
-    if not _is_every(moving, len(V)):
-        number = np.empty(len(V), dtype=np.int32)  # of each moving vertex among them
-        number[moving] = np.arange(len(moving), dtype=np.int32)
-        F = number[F]
+    moving = np.flatnonzero(has_edge).astype(np.int32)
+    scattered = order.is_scattered(F, len(V))
+    place: Integers | None = None
+    if scattered:
+        # several times as fast as by brackets, here and below
+        moving = moving.take(order.along_a_curve(V if len(moving) == len(V) else V.take(moving, axis=0)))
+    if scattered or len(moving) < len(V):
+        place = np.full(len(V), -1, dtype=np.int32)
+        place[moving] = np.arange(len(moving), dtype=np.int32)
+        F = place.take(F)
     report(0.4)
     mesh = of_mesh(F, len(moving))
     report(0.8)
-    positions, exponent = _normalised(V if _is_every(moving, len(V)) else V[moving])
+    positions, exponent = _normalised(V if place is None else V.take(moving, axis=0))
     L = laplacian_of_kind(laplacian, mesh, positions, F)
     report(1.0)
     return Prepared(
         surface,
-        moving.astype(np.int32),
+        moving,
+        place,
         positions,
         exponent,
         L.mean_edge_length(positions),
@@ -747,11 +776,6 @@ def _whole(name: str, value: int) -> int:
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
         raise InvalidParameter(f"{name} is {value!r}; it must be a whole number of 1 or more")
     return int(value)
-
-
-def _is_every(indices: npt.NDArray[np.integer], n: int) -> bool:
-    """Whether these are 0 to n - 1 in order."""
-    return len(indices) == n and np.array_equal(indices, np.arange(n))
 
 
 def _normalised(V: Floats) -> tuple[Floats, int]:

@@ -69,11 +69,7 @@ def timed(work: Callable[[], object]) -> float:
 
 def in_turn(runs: int, **works: Callable[[], object]) -> Seconds:
     """Median seconds of each, one after the other, so many times."""
-    seconds = {name: [] for name in works}
-    for _ in range(runs):
-        for name, work in works.items():
-            seconds[name].append(timed(work))
-    return {name: statistics.median(of) for name, of in seconds.items()}
+    return calls_in_turn(runs, **{name: lambda work=work: work for name, work in works.items()})
 
 
 def filter_call(surface: Surface, name: str) -> Callable[[], object]:
@@ -90,6 +86,7 @@ def filter_call(surface: Surface, name: str) -> Callable[[], object]:
 
 
 def calls_in_turn(runs: int, **makers: Callable[[], Callable[[], object]]) -> Seconds:
+    """The same of what has to be made for each call, which is not timed."""
     seconds = {name: [] for name in makers}
     for _ in range(runs):
         for name, make in makers.items():
@@ -224,7 +221,12 @@ def slider(n: int, runs: int) -> Seconds:
         for weight in (1.0, 0.7)
         for response in ("ideal", "butterworth")
     ]
-    further = [timed(lambda given=given: prepared.smooth(**given)) for _ in range(runs) for given in settings]
+    kept = {"start": prepared.smooth(modes=200)}
+
+    def move(given: dict[str, object]) -> None:
+        kept.update(start=prepared.smooth(**kept, **given))  # from the last answer, as a slider has it
+
+    further = [timed(lambda given=given: move(given)) for _ in range(runs) for given in settings]
     first = in_turn(runs, first=lambda: mss.prepare(surface.vertices, surface.faces).smooth(modes=200))["first"]
     return {"first_ever": first_ever, "first": first, "next": statistics.median(further)}
 

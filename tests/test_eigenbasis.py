@@ -1,9 +1,12 @@
 import functools
+import sys
 
 import numpy as np
 import pytest
+import threadpoolctl
 
 import meshlab_specsmooth as mss
+from meshlab_specsmooth.graph import blocks
 from meshlab_specsmooth.spectral import eigenbasis, inertia
 from meshlab_specsmooth.spectral.cutoff import Cutoff
 from tests import meshes
@@ -61,6 +64,28 @@ def test_two_runs_agree_to_the_bit():
     one, two = (eigenbasis.lowest(twin("multiplicity twelve"), 60) for _ in range(2))
     assert (one.eigenvalues == two.eigenvalues).all()
     assert (one.vectors == two.vectors).all()
+
+
+@pytest.mark.parametrize("name", ["components", "long and narrow"])
+def test_how_many_threads_there_are_does_not_show(name, monkeypatch):
+    several = eigenbasis.lowest(twin(name), 60)
+    monkeypatch.setattr(blocks, "threads", lambda: 1)
+    alone = eigenbasis.lowest(twin(name), 60)
+    assert np.array_equal(several.eigenvalues, alone.eigenvalues)
+    assert np.array_equal(several.vectors, alone.vectors)
+
+
+def test_blas_has_one_thread_meanwhile_and_without_the_extra_those_it_has(monkeypatch):
+    def blas():
+        return [pool["num_threads"] for pool in threadpoolctl.threadpool_info() if pool["user_api"] == "blas"]
+
+    before = blas()
+    with blocks.one_blas_thread():
+        assert set(blas()) == {1}
+    assert blas() == before
+    monkeypatch.setitem(sys.modules, "threadpoolctl", None)
+    with blocks.one_blas_thread():
+        assert blas() == before
 
 
 def test_what_one_krylov_space_misses_is_found_by_another(monkeypatch):

@@ -72,6 +72,31 @@ def test_the_displacement_is_the_least_squares_solution_and_the_residual_is_its_
     assert solution.iterations > 0
 
 
+@pytest.mark.parametrize("held", [None, some_held])
+def test_from_a_displacement_nearby_fewer_iterations_lead_to_the_same(held):
+    L, gram, _ = system(MESHES["open"])
+    change = random(L.size)
+    constraints = held and held(L.size)
+    first = reconstruction.solve(L, gram, 0.5, change, constraints=constraints)
+    start = first.displacement + 1e-3 * abs(first.displacement).max() * random(L.size, seed=7)
+    kept = start.copy()
+    again = reconstruction.solve(L, gram, 0.5, change, constraints=constraints, start=start)
+    assert 0 < again.iterations < first.iterations
+    assert again.residual < 2 * reconstruction.tolerance(0.5)
+    assert again.displacement == pytest.approx(first.displacement, abs=1e-4 * abs(first.displacement).max())
+    assert np.array_equal(start, kept)
+
+
+def test_spare_memory_changes_nothing():
+    L, gram, _ = system(MESHES["open"])
+    expected = reconstruction.solve(L, gram, 0.5, random(L.size)).displacement
+    for count in range(8):
+        change = random(L.size)
+        spare = [np.full_like(change, np.nan) for _ in range(count)]
+        given = reconstruction.solve(L, gram, 0.5, change, spare=[*spare, change])
+        assert np.array_equal(given.displacement, expected)
+
+
 def test_prescribed_displacements_are_kept_to_the_bit():
     L, gram, _ = system(MESHES["open"])
     n = L.size

@@ -335,6 +335,19 @@ def test_preparing_once_gives_what_smoothing_each_time_does():
     )
 
 
+@pytest.mark.parametrize("mesh", [CLOSED, together(OPEN, (np.zeros((3, 3)), np.empty((0, 3), dtype=int)))])
+def test_a_further_result_may_start_from_an_earlier_one(mesh):
+    prepared = mss.prepare(*mesh)
+    given_ = {"modes": 10, "response": "gaussian", "method": "chebyshev"}
+    earlier = prepared.smooth(**given_, barycenter_weight=0.52)
+    direct = prepared.smooth(**given_, barycenter_weight=0.5)
+    begun = prepared.smooth(**given_, barycenter_weight=0.5, start=earlier)
+    assert begun.iterations[0] < direct.iterations[0]
+    assert begun.vertices == pytest.approx(direct.vertices, abs=1e-4 * direct.displacement)
+    with pytest.raises(mss.InvalidParameter, match=r"start is a result for 4 vertices; this mesh has \d+"):
+        prepared.smooth(start=mss.smooth(*TETRAHEDRON))
+
+
 def test_the_evidence_is_true():
     V, F = CLOSED
     result = mss.smooth(V, F, modes=13, method="chebyshev", response="butterworth", barycenter_weight=0.5, passes=2)

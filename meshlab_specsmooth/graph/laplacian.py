@@ -53,7 +53,7 @@ class Laplacian:
 
     def __matmul__(self, X: Floats) -> Floats:
         """L X for X of shape (n, k): each row less the weighted mean of its neighbours."""
-        return in_threes(self._product, X)
+        return in_threes(lambda three: self.product(three, np.empty_like(three)), X)
 
     def inner_products(self, X: Floats, Y: Floats) -> tuple[float, float]:
         """The sums over columns of x^T D x and x^T D y, for X and Y of shape (n, 3)."""
@@ -68,10 +68,17 @@ class Laplacian:
         blocks.in_threads(lambda first, last: work(first, last, X, sums), self.size)
         return float(sums.sum()) / max(1, len(self.graph.indices))
 
-    def _product(self, X: Floats) -> Floats:
-        product = np.zeros_like(X)
-        self.step(X, X, product, factor=1.0, share=1.0)
-        return product
+    def product(self, X: Floats, out: Floats) -> Floats:
+        """L X, (n, 3), written over ``out``."""
+        out.fill(0.0)
+        self.step(X, X, out, factor=1.0, share=1.0)
+        return out
+
+    def sums_of_squares(self, v: Floats) -> Floats:
+        """(n, 1) sums of w_ij^2 v_j over each vertex' neighbours j, for v of shape (n, 1)."""
+        sums, work = np.empty_like(v), self.kernels.squares
+        blocks.in_threads(lambda first, last: work(first, last, v, sums), self.size)
+        return sums
 
 
 def laplacian(graph: Graph) -> Laplacian:

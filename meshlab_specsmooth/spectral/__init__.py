@@ -20,5 +20,10 @@ class SpectralFilter(Protocol):
     def error(self) -> float:
         """Bound on what the transfer function differs from the response by, weighed as it was asked for."""
 
-    def apply(self, L: Laplacian, X: Floats, progress: Progress | None = None) -> Floats:
-        """h(L) X for X of shape (n, k)."""
+    def apply(
+        self, L: Laplacian, X: Floats, progress: Progress | None = None, spare: list[Floats] | None = None
+    ) -> Floats:
+        """h(L) X for X of shape (n, k).
+
+        ``spare`` is memory of the shape of X that is not needed any more; what is left of it afterwards is in it.
+        """

@@ -13,6 +13,8 @@ import numpy as np
 from scipy.fft import dct
 
 from meshlab_specsmooth.errors import InvalidParameter
+from meshlab_specsmooth.graph import blocks
+from meshlab_specsmooth.graph.kernels import COLUMNS
 from meshlab_specsmooth.graph.laplacian import Laplacian, in_threes
 from meshlab_specsmooth.response import Response
 from meshlab_specsmooth.spectral.progress import Progress
@@ -52,7 +54,9 @@ class ChebyshevSeries:
         """P at ``eigenvalues``."""
         return np.asarray(np.polynomial.chebyshev.chebval(np.asarray(eigenvalues) - 1, self.coefficients))
 
-    def apply(self, L: Laplacian, X: Floats, progress: Progress | None = None) -> Floats:
+    def apply(
+        self, L: Laplacian, X: Floats, progress: Progress | None = None, spare: list[Floats] | None = None
+    ) -> Floats:
         """p(L) X.
 
         Parameters
@@ -61,14 +65,18 @@ class ChebyshevSeries:
         X : (n, k) float64
         progress : callable, optional
             Called with the fraction done, in [0, 1].
+        spare : list of (n, 3) float64, optional
+            Memory to be used again, for X of three columns; what is left of it afterwards is in it.
         """
-        return in_threes(lambda three: self._apply(L, three, progress), X)
+        memory = spare if spare is not None and X.shape[1] == COLUMNS else []
+        return in_threes(lambda three: self._apply(L, three, progress, memory), X)
 
-    def _apply(self, L: Laplacian, X: Floats, progress: Progress | None) -> Floats:
+    def _apply(self, L: Laplacian, X: Floats, progress: Progress | None, spare: list[Floats]) -> Floats:
         """Clenshaw's recurrence, from the highest term down: it keeps two blocks besides X, and sums nothing apart."""
         c = self.coefficients
-        now: Floats = c[-1] * X
-        before = np.zeros_like(X)
+        now = np.multiply(c[-1], X, out=blocks.taken(spare, X))
+        before = blocks.taken(spare, X)
+        before.fill(0.0)
         for k in range(self.degree - 1, 0, -1):
             L.step(X, now, before, share=c[k])
             now, before = before, now
@@ -76,7 +84,8 @@ class ChebyshevSeries:
                 progress(1 - k / self.degree)
         if self.degree > 0:
             L.step(X, now, before, factor=1.0, share=c[0])
-            now = before
+            now, before = before, now
+        spare.append(before)
         return now
 
 

@@ -124,8 +124,7 @@ def measure(L: Laplacian) -> Density:
     probes = probes_for(n)
     zeros = int(connected_components(graph.adjacency(), directed=False)[0])
     # the trace of (S - I)^2, whose entries are w_ij / sqrt(d_i d_j)
-    squared = graph.adjacency(None if graph.weights is None else graph.weights**2)
-    square = float(((squared @ (1 / L.degree)) / L.degree).sum())
+    square = float((L.sums_of_squares(1 / L.degree) / L.degree).sum())
     # Euler: a surface of triangles has 3 n - 3 chi edges, less as many as its boundary has; chi is at most 2 for each
     # component, so this is the length of the boundary in edges, but for a few
     boundary = max(0, 3 * n - 6 * zeros - len(graph.indices) // 2)

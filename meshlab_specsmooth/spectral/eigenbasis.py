@@ -11,6 +11,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 from meshlab_specsmooth.errors import NotConverged, TooLarge
+from meshlab_specsmooth.graph import blocks
 from meshlab_specsmooth.graph.laplacian import Laplacian
 from meshlab_specsmooth.response import Response
 from meshlab_specsmooth.spectral.cutoff import WEYL, Cutoff
@@ -53,9 +54,6 @@ _BASIS, _BASIS_LEAST = 2.5, 20 * BLOCK
 
 # Where very many eigenvalues are equal they are counted this share of themselves below, if not nearer
 _REACH = 1e-5
-
-# Rows of the basis that are turned into eigenvectors at once, in place
-_ROWS = 2048
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +102,9 @@ class Projection:
     degree: int = 0
     error: float = 0.0
 
-    def apply(self, L: Laplacian, X: Floats, progress: Progress | None = None) -> Floats:
+    def apply(
+        self, L: Laplacian, X: Floats, progress: Progress | None = None, spare: list[Floats] | None = None
+    ) -> Floats:
         """D^-1/2 U h(Lambda) U^T D^1/2 X: the projection is in the D-inner product, where L is symmetric."""
         U, root = self.basis.vectors, np.sqrt(L.degree)
         return np.asarray(U @ (self.response(self.basis.eigenvalues)[:, None] * (U.T @ (X * root)))) / root
@@ -180,9 +180,12 @@ def lowest(S: csr_array, count: int, progress: Progress | None = None) -> Eigenb
             f"{MEMORY_LIMIT / 2**30:.0f}); use method='chebyshev', which needs none"
         )
     parts = []
-    for m, start in zip(members, np.cumsum([0, *map(len, members)]), strict=False):
-        own = part(progress, start / n, len(m) / n)
-        parts.append(_lowest_of_component(S[m][:, m].tocsr(), min(count, len(m)), own))
+    with blocks.one_blas_thread():
+        for m, start in zip(members, np.cumsum([0, *map(len, members)]), strict=False):
+            own = part(progress, start / n, len(m) / n)
+            parts.append(_lowest_of_component(S[m][:, m].tocsr(), min(count, len(m)), own))
+    if number == 1:
+        return Eigenbasis(*parts[0])
     values = np.concatenate([values for values, _ in parts])
     order = np.argsort(values, kind="stable")[:count]
     vectors = np.zeros((n, len(order)))
@@ -253,11 +256,10 @@ def _by_lanczos(S: csr_array, count: int, progress: Progress | None) -> tuple[Fl
                 check = factored(S, last, reach=-_REACH)
                 # of many missing no more are needed than were asked for
                 high = min(count, check.below - int((values < check.eigenvalue).sum()))
-    vectors = vectors[:, np.argsort(values, kind="stable")[:count]]
     values, residual = _rayleigh(S, vectors)
     if not residual < _RESIDUAL:
         raise NotConverged(f"the eigenpairs of {n} vertices have residuals up to {residual:.1e}, not {_RESIDUAL:.0e}")
-    order = np.argsort(values, kind="stable")
+    order = np.argsort(values, kind="stable")[:count]
     return values[order], vectors[:, order]
 
 
@@ -309,16 +311,15 @@ def _lanczos(
         # 1. the operator, less its part in the last two blocks (in the others it has none but for rounding)
         W = _solve(shifted, Q[:, first:end])
         near = Q[:, before:end]
-        inner = near.T @ W
-        W -= near @ inner
-        W -= near @ (near.T @ W)
+        inner = _removed(W, near)
+        _removed(W, near)
         T[first:end, first:end] = (inner[first - before :] + inner[first - before :].T) / 2
         norm = max(norm, abs(T[before:end, before:end]).sum(axis=1).max())  # no less than that of T so far, in the end
         # 2. a basis of the rest. It has fewer vectors where the Krylov space is exhausted
         basis, left, size, right = _svd(W)
         if size[-1] < _DOUBTFUL * norm:  # what is left may be rounding, and lie in the basis
             for old in (found, Q[:, :end]):
-                W -= old @ (old.T @ W)
+                _removed(W, old)
             basis, left, size, right = _svd(W)
         rank = int((size > _EXHAUSTED * norm).sum())
         coupling = size[:rank, None] * right[:rank]
@@ -334,7 +335,7 @@ def _lanczos(
             if full or (len(wanted) == count and good.all()):
                 return shifted.eigenvalue + 1 / theta[good], _rotated(Q, Y[:, good])
             check = first + max(count // 10, BLOCK)
-        Q[:, first:end] = basis @ left[:, :rank]
+        np.matmul(basis, left[:, :rank], out=Q[:, first:end])
         T[first:end, before:first] = coupling
         T[before:first, first:end] = coupling.T
         # 4. orthogonality, of all blocks since it was last seen to
@@ -343,7 +344,7 @@ def _lanczos(
         if loss * growth > _LOSS:
             new = Q[:, clean:end]
             for old in (found, Q[:, :clean]):
-                new -= old @ (old.T @ new)
+                _removed(new, old)
             loss, clean = rounding, end
         if progress is not None:
             progress(min(1.0, end / (2.2 * count + 6 * BLOCK)))
@@ -358,12 +359,36 @@ def _start(found: Floats, random: np.random.Generator) -> Floats:
     return block
 
 
+def _removed(W: Floats, basis: Floats) -> Floats:
+    """``W`` becomes W - B B^T W for an orthonormal basis B, (n, b); returns B^T W."""
+    n, b = basis.shape
+    sums = np.empty((blocks.count(n), b, W.shape[1]))
+
+    def inner(first: int, last: int) -> None:
+        for i in range(first, last):
+            at = blocks.rows(i, n)
+            np.matmul(basis[at].T, W[at], out=sums[i])
+
+    def subtract(first: int, last: int) -> None:
+        for i in range(first, last):
+            at = blocks.rows(i, n)
+            W[at] -= basis[at] @ product
+
+    blocks.in_threads(inner, n, b)
+    product = sums.sum(axis=0)
+    blocks.in_threads(subtract, n, b)
+    return np.asarray(product)
+
+
 def _solve(shifted: Factored, X: Floats) -> Floats:
-    """(S - shift I)^-1 X, a few columns at a time."""
+    """(S - shift I)^-1 X, a few columns at a time, in threads."""
     solution = np.empty_like(X)
-    for start in range(0, X.shape[1], _SOLVED_TOGETHER):
+
+    def work(start: int) -> None:
         columns = slice(start, start + _SOLVED_TOGETHER)
         solution[:, columns] = shifted.lu.solve(X[:, columns])
+
+    blocks.each(work, range(0, X.shape[1], _SOLVED_TOGETHER))
     return solution
 
 
@@ -377,7 +402,11 @@ def _svd(W: Floats) -> tuple[Floats, Floats, Floats, Floats]:
 def _rotated(Q: Floats, Y: Floats) -> Floats:
     """Q Y for the first columns of Q, written over them."""
     m, k = Y.shape
-    for start in range(0, len(Q), _ROWS):
-        rows = slice(start, start + _ROWS)
-        Q[rows, :k] = Q[rows, :m] @ Y
+
+    def work(first: int, last: int) -> None:
+        for i in range(first, last):
+            at = blocks.rows(i, len(Q))
+            Q[at, :k] = Q[at, :m] @ Y
+
+    blocks.in_threads(work, len(Q), m)
     return Q[:, :k]
