@@ -83,7 +83,7 @@ def test_from_a_displacement_nearby_fewer_iterations_lead_to_the_same(held):
     again = reconstruction.solve(L, gram, 0.5, change, constraints=constraints, start=start)
     assert 0 < again.iterations < first.iterations
     assert again.residual < 2 * reconstruction.tolerance(0.5)
-    assert again.displacement == pytest.approx(first.displacement, abs=1e-4 * abs(first.displacement).max())
+    assert again.displacement == pytest.approx(first.displacement, abs=1e-3 * abs(first.displacement).max())
     assert np.array_equal(start, kept)
 
 
