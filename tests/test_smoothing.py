@@ -209,12 +209,13 @@ def test_vertices_without_an_edge_do_not_move_nor_matter(smoother):
 
 def test_unreferenced_and_doubled_faces_change_nothing_they_should_not():
     V, F = OPEN
-    plain = mss.smooth(V, F, modes=10, boundary="free").vertices
+    once = mss.smooth(V, F, modes=10, boundary="free")
+    plain = once.vertices
     backwards = mss.smooth(V, F[:, ::-1], modes=10, boundary="free").vertices
     assert backwards == pytest.approx(plain, abs=1e-7)
     # a mesh whose faces all count twice holds its barycentres with root 2 times the weight
     twice = mss.smooth(V, np.concatenate([F, F]), modes=10, barycenter_weight=1 / np.sqrt(2), boundary="free")
-    assert twice.vertices == pytest.approx(plain, abs=1e-4)
+    assert twice.vertices == pytest.approx(plain, abs=1e-3 * once.displacement)
 
 
 def test_components_do_not_feel_each_other():
@@ -360,7 +361,7 @@ def test_the_evidence_is_true():
     assert result.response == response("butterworth", result.cutoff).label
     assert result.degree > 10
     assert 0 < result.response_error < 2.5e-3
-    assert 0 < result.residual < 1e-5
+    assert 0 < result.residual < reconstruction.tolerance(0.5)
     assert result.seconds > 0
     plain = mss.low_pass(V, F, modes=12)
     assert (plain.barycenter_weight, plain.iterations, plain.residual, plain.passes) == (0, (), 0, 1)
@@ -457,7 +458,7 @@ def test_what_does_not_fit_in_memory_is_refused_beforehand(monkeypatch):
     with pytest.raises(mss.TooLarge, match=r"smoothing 240 vertices needs 0\.0 GiB of memory, and 0\.0 GiB are"):
         mss.smooth(*CLOSED)
     monkeypatch.setattr(memory, "available", lambda: 10**9)
-    assert mss.smooth(*CLOSED).residual < 1e-5
+    assert mss.smooth(*CLOSED).residual < reconstruction.TOLERANCE
 
 
 def test_progress_may_stop_the_work():
