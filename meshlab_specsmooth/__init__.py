@@ -1,6 +1,7 @@
 """Spectral mesh smoothing with barycentre constraints, as a filter for pymeshlab.
 
-Arrays in, arrays out: :func:`smooth`, :func:`low_pass`, :func:`enhance`, :func:`prepare`, :func:`spectrum`. MeshSets,
+Arrays in, arrays out: :func:`smooth`, :func:`low_pass`, :func:`enhance`, :func:`prepare`, :func:`spectrum`,
+:func:`estimate_noise`, :func:`estimate_error`. MeshSets,
 in place, as a MeshLab filter does it: :func:`apply_coord_spectral_smoothing` and the others of its kind, as functions
 of a MeshSet, as methods of :class:`MeshSet`, or after :func:`register` as methods of pymeshlab's own.
 """
@@ -10,6 +11,7 @@ from meshlab_specsmooth.bridge.filters import *  # noqa: F403 (each filter, by i
 from meshlab_specsmooth.bridge.registry import MeshSet, register, unregister
 from meshlab_specsmooth.errors import (
     FileError,
+    FilterFailed,
     InvalidParameter,
     InvalidSurface,
     InvalidXml,
@@ -19,6 +21,8 @@ from meshlab_specsmooth.errors import (
     SpecsmoothError,
     TooLarge,
 )
+from meshlab_specsmooth.estimation import ErrorEstimate, estimate_error, estimate_noise
+from meshlab_specsmooth.noise import Noise
 from meshlab_specsmooth.smoothing import Prepared, SmoothingResult, enhance, low_pass, prepare, smooth
 from meshlab_specsmooth.spectrum import Spectrum, spectrum
 from meshlab_specsmooth.surface import Surface
@@ -28,13 +32,16 @@ __version__ = VERSION
 
 __all__ = [
     *_filters.__all__,
+    "ErrorEstimate",
     "FileError",
+    "FilterFailed",
     "InvalidParameter",
     "InvalidSurface",
     "InvalidXml",
     "MeshSet",
     "MeshSetError",
     "MissingExtra",
+    "Noise",
     "NotConverged",
     "Prepared",
     "SmoothingResult",
@@ -44,6 +51,8 @@ __all__ = [
     "TooLarge",
     "__version__",
     "enhance",
+    "estimate_error",
+    "estimate_noise",
     "low_pass",
     "prepare",
     "register",

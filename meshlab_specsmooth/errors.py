@@ -42,6 +42,10 @@ class NotConverged(SpecsmoothError, ArithmeticError):  # noqa: N818
     """An iteration that ended before it reached its tolerance."""
 
 
+class FilterFailed(SpecsmoothError, RuntimeError):  # noqa: N818
+    """A filter, given as a function, that raised something or returned what is no set of vertices."""
+
+
 class TooLarge(SpecsmoothError, MemoryError):  # noqa: N818
     """Work that would not fit in memory, refused before it starts."""
 

@@ -15,7 +15,7 @@ from meshlab_specsmooth.graph.laplacian import Laplacian, laplacian
 from meshlab_specsmooth.operators import Gram
 from meshlab_specsmooth.surface import Floats, Integers
 
-BOUNDARIES = ("free", "fixed", "curve")
+BOUNDARIES = ("free", "fixed", "curve", "auto")
 
 # Over how many rings of edges the plain low-pass rises from nothing at a selection's rim to all of it
 BLENDING_RINGS = 4

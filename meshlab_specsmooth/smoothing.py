@@ -9,12 +9,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from meshlab_specsmooth.automatic import FAVORS, Choice, across_the_rim, choose, robust, without_drift
 from meshlab_specsmooth.descriptors import ENHANCEMENT_DEFAULTS, SMOOTHING_DEFAULTS
 from meshlab_specsmooth.errors import InvalidParameter, check_name
 from meshlab_specsmooth.graph import order
 from meshlab_specsmooth.graph.build import of_mesh
 from meshlab_specsmooth.graph.laplacian import Laplacian
 from meshlab_specsmooth.memory import require
+from meshlab_specsmooth.noise import CORRELATED, IMPULSE, Noise
 from meshlab_specsmooth.operators import LAPLACIANS, Gram, gram_of_barycenters, laplacian_of_kind
 from meshlab_specsmooth.reconstruction import Constraints, Solution, passed_on, solve
 from meshlab_specsmooth.region import BOUNDARIES, Rim, blend, rim, weights
@@ -45,12 +47,12 @@ DISPLACEMENT_TOLERANCE = 2.5e-3
 POSITION_TOLERANCE = 1e-7
 
 _RESPONSE = SMOOTHING_DEFAULTS.text("response")
-_WEIGHT = SMOOTHING_DEFAULTS.number("barycenter_weight")
 _PASSES = int(SMOOTHING_DEFAULTS.number("passes"))
 _LAPLACIAN = SMOOTHING_DEFAULTS.text("laplacian")
 _METHOD = SMOOTHING_DEFAULTS.text("method")
 _COUNTING = SMOOTHING_DEFAULTS.text("counting")
 _BOUNDARY = SMOOTHING_DEFAULTS.text("boundary")
+_FAVOR = SMOOTHING_DEFAULTS.text("favor")
 _FEATURE_GAIN = SMOOTHING_DEFAULTS.number("feature_gain")
 _ENHANCING_RESPONSE = ENHANCEMENT_DEFAULTS.text("response")
 _ENHANCING_WEIGHT = ENHANCEMENT_DEFAULTS.number("barycenter_weight")
@@ -104,6 +106,12 @@ class SmoothingResult:
         What swept over the mesh: ``"numba"`` where the extra ``fast`` is installed, else ``"scipy"``.
     seconds : float
         Wall time of the call; of a method of :class:`Prepared`, without preparation.
+    noise : Noise or None
+        What was measured of the input where the weight was chosen; None where it was given.
+    estimated_error : float or None
+        Expected root mean square error along the normals, in mesh units, where the weight was chosen.
+    warning : str or None
+        What the choice could not take into account.
     """
 
     vertices: Floats
@@ -124,6 +132,9 @@ class SmoothingResult:
     displacement: float
     kernels: str
     seconds: float
+    noise: Noise | None = None
+    estimated_error: float | None = None
+    warning: str | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,7 +184,8 @@ class Prepared:
         modes: int | None = None,
         wavelength: float | None = None,
         response: str = _RESPONSE,
-        barycenter_weight: float = _WEIGHT,
+        barycenter_weight: float | None = None,
+        favor: str = _FAVOR,
         passes: int = _PASSES,
         method: str = _METHOD,
         counting: str = _COUNTING,
@@ -194,6 +206,24 @@ class Prepared:
             raise InvalidParameter(f"feature_gain is {feature_gain}; it must be finite and not negative")
         kept = 0.0 if features is None else feature_gain * self._weights("features", features)
         region = self._region(boundary, mask, 1.0 - kept)
+        check_name("favor", favor, FAVORS)
+        if barycenter_weight is None:
+            chosen = self._chosen(favor, boundary, mask)
+            result = chosen.start.smooth(
+                modes=modes,
+                wavelength=wavelength,
+                response=response,
+                barycenter_weight=chosen.choice.weight,
+                passes=passes,
+                method=method,
+                counting=counting,
+                boundary=boundary,
+                mask=mask,
+                features=features,
+                feature_gain=feature_gain,
+                progress=progress,
+            )
+            return self._told(result, chosen, start)
         _check_weight(barycenter_weight)
         designing, progress = self._shares(method, progress)
         low_pass = self._design(modes, wavelength, response, method, counting, barycenter_weight, designing)
@@ -290,6 +320,48 @@ class Prepared:
         if mask is not None:
             displacement *= blend(self.L, self._weights("mask", mask))
         return self._result(displacement, low_pass, 0.0, [], start)
+
+    def _chosen(self, favor: str, boundary: str, mask: npt.ArrayLike | None) -> _Chosen:
+        """The weight of least estimated error, and where to start from: impulses drawn in, a noisy rim smoothed."""
+        faces = self.renumbered_faces()
+        choice = choose(self.positions, faces, self.L, favor)
+        start = self.positions
+        if choice.noise.kind == IMPULSE:
+            start = robust(start, faces, self.L, self.gram)
+            start = np.where(self._region(boundary, mask, 1.0).free > 0, start, self.positions)
+        elif choice.noise.kind == CORRELATED and boundary == "auto" and self.rim is not None:
+            start = across_the_rim(start, faces, self.L, self.gram, self.rim.vertices, choice.weight)
+            start = np.where(self._region("free", mask, 1.0).free > 0, start, self.positions)
+        return _Chosen(choice, self if start is self.positions else replace(self, positions=start))
+
+    def _told(self, result: SmoothingResult, chosen: _Chosen, start: float) -> SmoothingResult:
+        """The result with what was chosen, and with what impulses were drawn in by added to it."""
+        noise, unit = chosen.choice.noise.scaled(self.exponent), self.exponent
+        result = replace(
+            result,
+            noise=noise,
+            estimated_error=float(np.ldexp(chosen.choice.error, unit)),
+            warning=chosen.choice.warning,
+            seconds=time.perf_counter() - start,
+        )
+        # from where the choice was made to where it was asked for: the impulses are added, the drift is taken away
+        displacement = _scaled(result.vertices[self.moving] - self.surface.vertices[self.moving], -unit)
+        displacement += chosen.start.positions - self.positions
+        displacement = without_drift(displacement, self.positions, self.renumbered_faces(), chosen.choice.noise)
+        vertices = self.surface.vertices.copy()
+        vertices[self.moving] += _scaled(displacement.copy(), unit)
+        rms = np.sqrt(np.vdot(displacement, displacement) / len(vertices))
+        return replace(result, vertices=vertices, displacement=float(np.ldexp(rms, unit)), mean_edge=noise.mean_edge)
+
+    def renumbered_faces(self) -> Integers:
+        """(m, 3) int32: the faces that have an edge, by numbers of the moving vertices."""
+        F = self.surface.faces
+        F = F[(F[:, 0] != F[:, 1]) | (F[:, 1] != F[:, 2])]
+        if self.is_in_order:
+            return F
+        number = np.empty(len(self.surface.vertices), dtype=np.int32)
+        number[self.moving] = np.arange(len(self.moving), dtype=np.int32)
+        return number[F]
 
     def _run(
         self,
@@ -481,6 +553,14 @@ class _Region:
     is_partial: bool
 
 
+@dataclass(frozen=True, eq=False)
+class _Chosen:
+    """A weight, and the mesh to smooth with it."""
+
+    choice: Choice
+    start: Prepared
+
+
 def prepare(vertices: npt.ArrayLike, faces: npt.ArrayLike, *, laplacian: str = _LAPLACIAN) -> Prepared:
     """Build what does not depend on the parameters, to smooth the same surface many times.
 
@@ -556,7 +636,8 @@ def smooth(
     modes: int | None = None,
     wavelength: float | None = None,
     response: str = _RESPONSE,
-    barycenter_weight: float = _WEIGHT,
+    barycenter_weight: float | None = None,
+    favor: str = _FAVOR,
     passes: int = _PASSES,
     laplacian: str = _LAPLACIAN,
     method: str = _METHOD,
@@ -585,9 +666,13 @@ def smooth(
         Shortest surface wave kept, in mesh units. Without this and ``modes``: 20 mean edge lengths.
     response : {"ideal", "butterworth", "gaussian", "heat"}
         Shape of the low-pass; see :mod:`meshlab_specsmooth.response`.
-    barycenter_weight : float
+    barycenter_weight : float, optional
         w > 0, dimensionless: how firmly the barycentres are held. It is the strength of the filter, more than the
-        cut-off is: 1 is the paper, 0.3 suits noise of 0.2 edge lengths.
+        cut-off is: 1 is the paper, 0.3 suits noise of 0.2 edge lengths. Without it the noise is measured
+        (:func:`meshlab_specsmooth.estimate_noise`), impulses are drawn in, and the weight of least estimated error is
+        taken, for a low cut-off; result.noise says what was found.
+    favor : {"position", "normals"}
+        Whose error a chosen weight makes small; normals ask for more smoothing.
     passes : int
         How often all of it is done, each time to the last result.
     laplacian : {"uniform", "cotangent"}
@@ -597,10 +682,11 @@ def smooth(
     counting : {"estimated", "exact"}
         How ``modes`` becomes a cut-off: from the density of modes, with the error that the result states, or by a few
         sparse factorisations; up to 1000 vertices it is always exact.
-    boundary : {"fixed", "curve", "free"}
+    boundary : {"auto", "fixed", "curve", "free"}
         What happens at the boundary of an open surface: it stays; its curve is smoothed along itself, by the same three
         steps, except small holes (shorter round than the wavelength), which stay; or it is smoothed like the rest,
-        which draws it inwards (the paper).
+        which draws it inwards (the paper). ``"auto"`` is ``"fixed"``, unless the weight is chosen and the noise is shared
+        between neighbours: then the boundary moves as the rest does, but across the surface only.
     mask : (n,) array of weights in [0, 1] or of bool, optional
         Vertices that may move: those whose weight is above 0. The others stay to the bit, and the displacement fades
         out towards them without a seam.
@@ -644,6 +730,7 @@ def smooth(
         wavelength=wavelength,
         response=response,
         barycenter_weight=barycenter_weight,
+        favor=favor,
         passes=passes,
         method=method,
         counting=counting,

@@ -267,9 +267,9 @@ def _smoothed(
         values["mask"] = _selected(ms, "vertex_selection") | _selected(ms, "face_selection")
     if "features" in values:
         values["features"] = _features(ms, values["features"])
-    for length in ("modes", "wavelength", "longest", "shortest"):
-        if values.get(length) == 0:  # zero stands for "not given", as a filter's parameters all have a value
-            del values[length]
+    for name in ("modes", "wavelength", "longest", "shortest", "barycenter_weight"):
+        if values.get(name) == 0:  # zero stands for "not given", as a filter's parameters all have a value
+            del values[name]
     prepared = assemble(vertices, faces, values.pop("laplacian"), part(progress, 0.0, _ASSEMBLY))
     return method(prepared, **values, progress=part(progress, _ASSEMBLY, _WRITING - _ASSEMBLY))
 

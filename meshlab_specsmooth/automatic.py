@@ -1,0 +1,228 @@
+"""The setting of least estimated error: how firmly the barycentres are to be held, without the truth to compare with.
+
+Stein's unbiased risk estimate (1981) along the normals n of a smoothed guide: for noise z along them and a linear filter H,
+
+    risk = mean (n . (H V - V))^2 - mean z^2 + 2 mean z . H z,
+
+where z are seeded draws of noise of the kind that was measured, so that the last term, the trace of H times the noise's
+covariance, costs one run of the filter a setting (Girard 1989; Ramani, Blu, Unser 2008). It holds for coloured noise
+and for noise of any distribution.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from meshlab_specsmooth.graph.laplacian import Laplacian
+from meshlab_specsmooth.noise import (
+    CORRELATED,
+    IMPULSE,
+    LEAST_WEIGHT,
+    MOST_WEIGHT,
+    Measured,
+    Noise,
+    Sheet,
+    measure,
+    normals,
+    realisation,
+    rebuilt,
+    sheet,
+    weight_for,
+)
+from meshlab_specsmooth.operators import Gram
+from meshlab_specsmooth.surface import Floats, Integers
+
+FAVORS = ("position", "normals")
+
+# Normals ask for more smoothing than positions do; as if the noise were this many times as high (measured)
+_NORMALS = 1.4
+
+# Weights are looked at in steps of this factor from the first guess, downhill, until the error rises; a parabola through
+# the last three has the least
+_FACTOR, _STEPS = 2.0, 7
+
+# The error is flat about its least, and that of normals still falls with the weight: of all weights whose error is
+# within this share of the least, the lowest is taken
+_ALIKE = 0.02
+
+# Below this share of an edge there is nothing to choose for
+_NOTHING = 0.002
+
+# Smoothing shifts vertices along the surface, too, which mends the triangles that noise has disturbed. Where noise is
+# below the first level, in edges, it has not disturbed any and the shift is left out; above the second all is kept.
+_STILL, _SHIFTING = 0.03, 0.1
+
+# Meshes of more vertices than _WHOLE are judged by patches of _PATCH vertices each
+_WHOLE = 10_000
+_PATCHES = 4
+_PATCH = 2000
+_PATCH_SEED = 5
+
+# The robust pass: vertices are drawn to within the median distance of the surface that is smoothed from them, again
+# and again; impulses lie far beyond the median. The weight is what keeps edges while the passes spread.
+_ROBUST_PASSES = 15
+_ROBUST_WEIGHT = 0.7
+
+
+@dataclass(frozen=True, eq=False)
+class Choice:
+    """A setting, and why.
+
+    Attributes
+    ----------
+    weight : float
+        w of the least estimated error.
+    error : float
+        Estimated root mean square error along the normals at that weight, in the units of the positions.
+    noise : Noise
+        In the units of the positions.
+    warning : str or None
+        What the estimate does not cover.
+    """
+
+    weight: float
+    error: float
+    noise: Noise
+    warning: str | None = None
+
+
+def choose(positions: Floats, faces: Integers, L: Laplacian, favor: str = "position") -> Choice:
+    """The barycentre weight of least estimated error.
+
+    Parameters
+    ----------
+    positions : (k, 3) float64
+    faces : (m, 3) int32
+    L : Laplacian
+        Of the mesh; its graph is walked for patches.
+    favor : {"position", "normals"}
+        Whose error is to be small.
+    """
+    on = part_of(positions, faces, L)
+    measured = measure(on)
+    if measured.noise.kind != IMPULSE:
+        return choose_on(on, measured, favor)
+    drawn = sheet(robust(on.positions, on.faces, on.L, on.gram), on.faces)
+    return replace(choose_on(drawn, measure(drawn), favor), noise=measured.noise)
+
+
+def choose_on(on: Sheet, measured: Measured, favor: str) -> Choice:
+    """The same for a sheet whose noise is known."""
+    noise, n = measured.noise, measured.normals
+    if noise.level <= _NOTHING * on.mean_edge:
+        return Choice(weight_for(0.0), noise.level, noise)
+    z = realisation(on, n, noise) * (_NORMALS if favor == "normals" else 1.0)
+    inner = on.inner
+    energy = float((z[inner] ** 2).mean())
+
+    def risk(log_weight: float) -> float:
+        weight = float(np.exp(log_weight))
+        moved = ((rebuilt(on.L, on.gram, on.positions, weight) - on.positions) * n).sum(axis=1)[inner]
+        kept = float((z * rebuilt(on.L, on.gram, z, weight))[inner].mean())
+        return float((moved**2).mean()) - energy + 2 * kept
+
+    start = float(np.log(weight_for(noise.level / on.mean_edge)))
+    log_weight, least = _least(risk, start, _ALIKE if favor == "position" else 0.0)
+    weight = float(np.clip(np.exp(log_weight), LEAST_WEIGHT, MOST_WEIGHT))
+    return Choice(weight, float(np.sqrt(max(least, 0.0))), noise, _warning(noise))
+
+
+def _least(risk: Callable[[float], float], start: float, alike: float) -> tuple[float, float]:
+    """The lowest argument whose root is within a share of the least, and the least, near ``start``."""
+    step = float(np.log(_FACTOR))
+    x = [start - step, start, start + step]
+    y = [risk(at) for at in x]
+    for _ in range(_STEPS):
+        if y[1] <= min(y) or not np.log(LEAST_WEIGHT) < x[0] < x[2] < np.log(MOST_WEIGHT):
+            break
+        if y[0] < y[2]:
+            x = [x[0] - step, *x[:2]]
+            y = [risk(x[0]), *y[:2]]
+        else:
+            x = [*x[1:], x[2] + step]
+            y = [*y[1:], risk(x[2])]
+    curvature, slope = (y[0] - 2 * y[1] + y[2]) / 2, (y[2] - y[0]) / 2
+    if y[1] > min(y) or not curvature > 0:
+        at = int(np.argmin(y))
+        return x[at], y[at]
+    least = max(y[1] - slope**2 / (4 * curvature), 0.0)
+    lower = np.sqrt(((1 + alike) ** 2 - 1) * least / curvature)
+    return x[1] + step * float(-slope / (2 * curvature) - min(lower, 0.5)), least
+
+
+def _warning(noise: Noise) -> str | None:
+    if noise.kind == CORRELATED:
+        return (
+            "the noise is shared between neighbours; nothing tells its long waves from shape, so the level and the "
+            "strength are a guess"
+        )
+    return None
+
+
+def robust(X: Floats, F: Integers, L: Laplacian, gram: Gram) -> Floats:
+    """(k, 3) positions with impulses drawn in: Huber's estimate of the surface by half-quadratic steps.
+
+    Each step smooths, and replaces what lies farther from the smooth surface than the median does, along the normals,
+    by a point at that distance.
+    """
+    Y, drawn = rebuilt(L, gram, X, _ROBUST_WEIGHT), X
+    for _ in range(_ROBUST_PASSES):
+        n = normals(Y, F)
+        off = ((X - Y) * n).sum(axis=1)
+        near = np.median(np.abs(off))
+        drawn = Y + n * np.clip(off, -near, near)[:, None]
+        Y = rebuilt(L, gram, drawn, _ROBUST_WEIGHT)
+    return drawn
+
+
+def across_the_rim(X: Floats, F: Integers, L: Laplacian, gram: Gram, rim: Integers, weight: float) -> Floats:
+    """(k, 3) positions whose rim has moved as smoothing moves it, but across the surface only: it does not creep."""
+    Y = rebuilt(L, gram, X, weight)
+    n = normals(Y, F)[rim]
+    moved = X.copy()
+    moved[rim] += n * ((Y - X)[rim] * n).sum(axis=1)[:, None]
+    return moved
+
+
+def without_drift(displacement: Floats, X: Floats, F: Integers, noise: Noise) -> Floats:
+    """The displacement of X, less what is along the surface where the noise is too low to ask for that."""
+    level = noise.level / noise.mean_edge if noise.mean_edge else 0.0
+    share = float(np.clip((level - _STILL) / (_SHIFTING - _STILL), 0.0, 1.0))
+    if share == 1.0:
+        return displacement
+    n = normals(X + displacement, F)
+    across = n * (displacement * n).sum(axis=1)[:, None]
+    return np.asarray(across + share * (displacement - across))
+
+
+def part_of(positions: Floats, faces: Integers, L: Laplacian) -> Sheet:
+    """The mesh, or connected patches that stand for it where it is large."""
+    if len(positions) <= _WHOLE:
+        return sheet(positions, faces)
+    starts = np.random.default_rng(_PATCH_SEED).permutation(len(positions))[:_PATCHES]
+    chosen = np.zeros(len(positions), dtype=np.bool_)
+    for start in starts:
+        chosen[_around(L, int(start))] = True
+    kept = faces[chosen[faces].all(axis=1)]
+    at, numbered = np.unique(kept, return_inverse=True)
+    return sheet(positions[at], numbered.reshape(-1, 3).astype(np.int32))
+
+
+def _around(L: Laplacian, start: int) -> Integers:
+    """The vertices nearest to one, breadth first."""
+    first, neighbours = L.graph.indptr, L.graph.indices
+    seen = {start}
+    reached, ring = [start], [start]
+    while ring and len(reached) < _PATCH:
+        following = []
+        for i in ring:
+            for j in neighbours[first[i] : first[i + 1]].tolist():
+                if j not in seen:
+                    seen.add(j)
+                    following.append(j)
+        reached += following
+        ring = following
+    return np.array(reached, dtype=np.int32)

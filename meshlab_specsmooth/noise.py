@@ -1,0 +1,399 @@
+"""What is noise: its level along the normals, its kind, and the evidence; arrays that :mod:`.smoothing` has prepared.
+
+Everything is measured on the component of L^2 V along the normals of a smoothed guide, divided by the norm of the rows of
+L^2, so that white noise of standard deviation s gives s at every vertex; L^2 leaves nearly nothing of a smooth shape
+(of the curvature, what L leaves, only its change). The median of it does not see what few vertices have: sharp edges.
+
+Other scales are seen through dyadic bands B_a = Q^a (I - Q^a)^2, Q = I - L/2, a = 1, 2, 4, ..., each compared with what
+white noise gives in the same band. White noise has one level in all of them until shape takes over.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import csr_array, eye_array
+from scipy.special import ndtr
+
+from meshlab_specsmooth.graph.build import of_mesh
+from meshlab_specsmooth.graph.laplacian import Laplacian, laplacian
+from meshlab_specsmooth.operators import Gram, gram_of_barycenters
+from meshlab_specsmooth.reconstruction import solve
+from meshlab_specsmooth.surface import Booleans, Floats, Integers
+
+NONE, WHITE, DIRECTIONAL, QUANTISED = "none", "white", "directional", "quantised"
+IMPULSE, CORRELATED = "impulse", "correlated"
+
+# Below this share of an edge nothing is called noise: it tilts normals by a degree or two, and the triangles of any
+# real mesh leave as much (an unsmoothed scan of 28 000 vertices has 0.015, a coarse model of 3000 more).
+NEGLIGIBLE = 0.02
+
+# On a regular mesh with noise of s edges the weight 0.07 / s removes nearly all of it (measured on meshes made in code)
+STRENGTH = 0.07
+
+LEAST_WEIGHT, MOST_WEIGHT = 0.01, 1000.0
+
+ORDERS = 4
+BANDS = 6
+_SEED = 20251
+_MEDIAN = 0.6744897501960817  # of the absolute value of a standard normal
+_REJECTED_FROM = 2.5  # standard deviations: beyond it a residual is an outlier, or shape
+_MARGIN = 3  # rings at a boundary, where the Laplacian is one-sided, that have no say
+_FEWEST = 50  # vertices left, or else all have a say
+
+# White noise is the same in L, L^2, L^3, L^4; the median of impulses, which only few vertices have, rises with the
+# order, as every order spreads them over more vertices. This is how much, and how many standard errors besides.
+_RISE_OF_IMPULSES = 1.05
+_STANDARD_ERRORS = 2.0
+
+# A surface has normals because its waves get lower faster than shorter: from an octave to the next the amplitude more
+# than doubles (the power of its modes falls faster than 1 / lambda^2). Where it does not, over two octaves, although
+# it is more than white noise would give, the normals are lost in short waves: noise that neighbours share.
+_GROWTH_OF_SHAPE = 2.0
+_FINER, _COARSER = 2, 4  # the bands between which it is looked at
+_MORE_THAN_WHITE = 1.5
+_MORE_AT_ONCE = 1.05
+
+# Coordinates that are rounded to a lattice take few values, each many times
+_FEWEST_STEPS, _FEWEST_PER_STEP = 8, 4
+
+# Eigenvalues of the covariance of noise of one level in all directions are within a factor of two of their mean
+_ONE_SIDED = 2.0
+
+# The estimate's standard error is this over the root of the number of vertices: the residuals of L^2 at neighbours are
+# correlated, so that there are half as many independent ones as vertices. The rest is what guide and shape put it off.
+_SPREAD = 1.25
+_SYSTEMATIC = 0.03
+
+
+@dataclass(frozen=True, eq=False)
+class Noise:
+    """How much noise, of what kind, and the evidence. Lengths are in mesh units.
+
+    Attributes
+    ----------
+    level : float
+        Standard deviation along the normals.
+    low, high : float
+        Interval that holds it in 95 of 100 cases, if the kind is right; not for ``"correlated"``, whose long waves
+        nothing tells from shape: there it is a factor of two either way.
+    kind : {"none", "white", "directional", "quantised", "impulse", "correlated"}
+        ``"none"``: below 2 % of an edge. ``"white"``: independent from vertex to vertex. ``"directional"``: white,
+        and along one direction mostly, as along the line of sight. ``"quantised"``: coordinates rounded to a lattice.
+        ``"impulse"``: some vertices far off.
+        ``"correlated"``: shared between neighbours.
+    mean_edge : float
+        Of the mesh as given; noise makes edges longer.
+    orders : (4,) tuple of float
+        Levels from L, L^2, L^3, L^4: alike for white noise, falling for correlated noise, rising for impulses.
+    bands : (6,) tuple of float
+        Levels in bands of wavelength, each an octave of eigenvalues below the one before.
+    kurtosis : float
+        Excess kurtosis of the residual: 0 for white noise, above 3 for impulses, and for clean shapes with edges.
+    outliers : float
+        Share of vertices whose residual is beyond three standard deviations (0.003 for white noise).
+    covariance : (3, 3) float64
+        Of the noise vector of a vertex, squared mesh units, so far as it is seen along the normals.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import meshlab_specsmooth as mss
+    >>> x, y = (a.ravel() for a in np.meshgrid(np.arange(40.0), np.arange(40.0)))
+    >>> at = (np.arange(39)[:, None] * 40 + np.arange(39)).ravel()
+    >>> faces = np.concatenate([np.c_[at, at + 1, at + 41], np.c_[at, at + 41, at + 40]])
+    >>> flat = np.c_[x, y, 0.2 * np.random.default_rng(0).standard_normal(1600)]
+    >>> noise = mss.estimate_noise(flat, faces)
+    >>> noise.kind, round(noise.level, 1), noise.low < 0.2 < noise.high
+    ('white', 0.2, True)
+    """
+
+    level: float
+    low: float
+    high: float
+    kind: str
+    mean_edge: float
+    orders: tuple[float, ...]
+    bands: tuple[float, ...]
+    kurtosis: float
+    outliers: float
+    covariance: Floats
+
+    def scaled(self, exponent: int) -> Noise:
+        """The same noise with lengths times 2^exponent."""
+        level, low, high, edge = (
+            float(np.ldexp(x, exponent)) for x in (self.level, self.low, self.high, self.mean_edge)
+        )
+        orders, bands = (tuple(np.ldexp(x, exponent).tolist()) for x in (self.orders, self.bands))
+        covariance = np.ldexp(np.ldexp(self.covariance, exponent), exponent)
+        return Noise(level, low, high, self.kind, edge, orders, bands, self.kurtosis, self.outliers, covariance)
+
+
+@dataclass(frozen=True, eq=False)
+class Sheet:
+    """A mesh, or patches of one, with what is measured on it.
+
+    Attributes
+    ----------
+    positions : (k, 3) float64
+        Of size 1 or so.
+    faces : (m, 3) int32
+    L : Laplacian
+        Uniform: with it the noise of every vertex weighs the same.
+    gram : Gram
+    inner : (k,) bool
+        Vertices that have a say: away from boundaries.
+    mean_edge : float
+    """
+
+    positions: Floats
+    faces: Integers
+    L: Laplacian
+    gram: Gram
+    inner: Booleans
+    mean_edge: float
+
+
+def sheet(positions: Floats, faces: Integers) -> Sheet:
+    """The operators of a mesh; every vertex must have an edge."""
+    mesh = of_mesh(faces, len(positions))
+    L = laplacian(mesh.graph)
+    ends = mesh.boundary()
+    outer = np.zeros(len(positions), dtype=np.bool_)
+    outer[ends.ravel()] = True
+    adjacency = L.graph.adjacency(np.ones(len(L.graph.indices)))
+    for _ in range(_MARGIN):
+        outer |= adjacency @ outer.astype(np.float64) > 0
+    inner = ~outer if (~outer).sum() >= _FEWEST else np.ones_like(outer)
+    return Sheet(positions, faces, L, gram_of_barycenters(mesh), inner, L.mean_edge_length(positions))
+
+
+def rebuilt(L: Laplacian, gram: Gram, X: Floats, weight: float) -> Floats:
+    """The surface of least |L V'|^2 + w^2 |C V' - C X|^2: the three steps with a low cut-off; linear in X, (k, 3)."""
+    return np.asarray(X + solve(L, gram, weight, -(L @ X)).displacement)
+
+
+def normals(X: Floats, F: Integers) -> Floats:
+    """(k, 3) unit normals of the vertices, weighted by area; zero where there is none."""
+    vectors = np.cross(X[F[:, 1]] - X[F[:, 0]], X[F[:, 2]] - X[F[:, 0]])
+    corner = F.ravel()
+    sums = np.stack([np.bincount(corner, np.repeat(column, 3), len(X)) for column in vectors.T], axis=1)
+    length = np.linalg.norm(sums, axis=1)
+    return np.asarray(np.divide(sums, length[:, None], out=np.zeros_like(sums), where=length[:, None] > 0))
+
+
+def weight_for(level: float) -> float:
+    """A first guess of the barycentre weight for noise of ``level`` edges."""
+    return float(np.clip(STRENGTH / max(level, 1e-6), 2 * LEAST_WEIGHT, MOST_WEIGHT))
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """Noise on a sheet, in its units, and the normals of the guide."""
+
+    noise: Noise
+    normals: Floats
+
+
+def measure(on: Sheet) -> Measured:
+    """Level and kind of the noise."""
+    if on.mean_edge == 0 or len(on.positions) < _FEWEST:
+        # too little to tell noise from shape
+        return Measured(_nothing(on), normals(on.positions, on.faces))
+    X, L = on.positions, on.L
+    rows = _row_norms(L)
+    twice = L @ (L @ X)
+    level, guide = 0.3 * on.mean_edge, normals(X, on.faces)
+    for _ in range(3):  # the level settles in two
+        weight = min(weight_for(level / on.mean_edge), 1.0)  # a guide is smooth in any case
+        guide = normals(rebuilt(L, on.gram, X, max(weight, 0.1)), on.faces)
+        residual = (twice * guide).sum(axis=1) / rows
+        level = float(np.median(np.abs(residual[on.inner]))) / _MEDIAN
+    orders, bands = _levels(on, guide)
+    residual = residual[on.inner]
+    covariance, spread = _covariance(residual**2, guide[on.inner], level)
+    scale = max(level, np.finfo(np.float64).tiny)
+    square = float((residual**2).mean())
+    kurtosis = float((residual**4).mean()) / square**2 - 3 if square > 0 else 0.0
+    outliers = float((np.abs(residual) > 3 * scale).mean())
+    kind = _kind(level, spread, orders, bands, covariance, on)
+    fraction = _SPREAD / np.sqrt(len(residual))
+    rounding = _rounding(X)
+    expected = float(np.sqrt((guide[on.inner] ** 2 @ rounding**2).mean()))
+    seen = _mean_square_level(on, guide)
+    if kind != CORRELATED and NEGLIGIBLE * on.mean_edge < expected and 0.5 * expected < seen < 2 * expected:
+        # what is rounded to a lattice has a known error, but no normal distribution: much of it stays in place
+        kind, spread, covariance = QUANTISED, expected, np.diag(rounding**2)
+    elif kind == IMPULSE:
+        spread = seen
+        # few vertices carry the variance
+        fraction *= np.sqrt(1 + max(kurtosis, 0.0) / 2)
+    if kind == CORRELATED:
+        field = realisation(on, guide, Noise(1.0, 0, 0, kind, on.mean_edge, orders, bands, 0, 0, covariance))
+        spread, low, high = float(np.sqrt((field[on.inner] ** 2).mean())), 0.5, 2.0
+    else:
+        width = float(np.hypot(2 * fraction, _SYSTEMATIC))
+        low, high = max(1 - width, 0.0), 1 + width
+    noise = Noise(
+        spread, low * spread, high * spread, kind, on.mean_edge, orders, bands, kurtosis, outliers, covariance
+    )
+    return Measured(noise, guide)
+
+
+def _nothing(on: Sheet) -> Noise:
+    return Noise(0.0, 0.0, 0.0, NONE, on.mean_edge, (0.0,) * ORDERS, (0.0,) * BANDS, 0.0, 0.0, np.zeros((3, 3)))
+
+
+def _row_norms(L: Laplacian) -> Floats:
+    """(k,) norms of the rows of L^2."""
+    degree = L.degree[:, 0]
+    walk = csr_array(L.graph.adjacency(np.ones(len(L.graph.indices))))
+    matrix = csr_array(eye_array(L.size) - csr_array(walk.multiply(1 / degree[:, None])))
+    square = csr_array(matrix @ matrix)
+    return np.sqrt(np.asarray(square.multiply(square).sum(axis=1)).ravel())
+
+
+def _levels(on: Sheet, guide: Floats) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Levels by order of L and by band, against white noise that goes the same way."""
+    white = np.random.default_rng(_SEED).standard_normal(on.positions.shape)
+
+    def level(X: Floats, B: Floats) -> float:
+        along = np.abs((X * guide).sum(axis=1))[on.inner]
+        return float(np.median(along) / np.median(np.abs(B[on.inner])))
+
+    orders, X, B = [], on.positions, white
+    for _ in range(ORDERS):
+        X, B = on.L @ X, on.L @ B
+        orders.append(level(X, B))
+    bands = [level(x, b) for x, b in zip(_bands(on.L, on.positions), _bands(on.L, white), strict=True)]
+    return tuple(orders), tuple(bands)
+
+
+def _bands(L: Laplacian, X: Floats) -> list[Floats]:
+    """B_a X for a = 1, 2, 4, ..."""
+    bands, steps = [], 1
+    for _ in range(BANDS):
+        once = _walked(L, X, steps)
+        twice = _walked(L, once, steps)
+        bands.append(once - 2 * twice + _walked(L, twice, steps))
+        steps *= 2
+    return bands
+
+
+def _walked(L: Laplacian, X: Floats, steps: int) -> Floats:
+    """Q^steps X."""
+    for _ in range(steps):
+        X = X - 0.5 * (L @ X)
+    return X
+
+
+def _covariance(squares: Floats, along: Floats, level: float) -> tuple[Floats, float]:
+    """The covariance S that makes n^T S n the variance along the normals n, and the root of its mean.
+
+    Least squares, weighted by the inverse variance; residuals beyond 2.5 standard deviations are left out, the
+    variance of what is left being known for normal noise, until nothing changes.
+    """
+    x, y, z = along.T
+    rows = np.stack([x * x, y * y, z * z, 2 * x * y, 2 * x * z, 2 * y * z], axis=1)
+    isotropic = np.array([1.0, 1, 1, 0, 0, 0])
+    density = np.exp(-(_REJECTED_FROM**2) / 2) / np.sqrt(2 * np.pi)
+    kept_variance = 1 - 2 * _REJECTED_FROM * density / (2 * ndtr(_REJECTED_FROM) - 1)
+    variance = np.full(len(along), level**2)
+    entries = level**2 * isotropic
+    for _ in range(12):
+        mean = variance.mean()
+        if not mean > 0:
+            break
+        kept = squares < _REJECTED_FROM**2 * variance
+        if not kept.any():
+            break
+        weighted = rows[kept] / np.maximum(variance[kept], 0.05 * mean)[:, None]
+        matrix = weighted.T @ rows[kept]
+        # directions that no normal sees are taken to have the mean level
+        hold = 1e-3 * np.trace(matrix) / 6
+        entries = np.linalg.solve(
+            matrix + hold * np.eye(6), weighted.T @ squares[kept] / kept_variance + hold * mean * isotropic
+        )
+        variance = rows @ entries
+        variance = np.maximum(variance, 0.02 * max(float(variance.mean()), 0.0))
+    xx, yy, zz, xy, xz, yz = entries
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]), float(np.sqrt(max(variance.mean(), 0.0)))
+
+
+def _mean_square_level(on: Sheet, guide: Floats) -> float:
+    """Level by the mean square in L^4, which sees impulses in full and of shape the least."""
+    white = np.random.default_rng(_SEED).standard_normal(on.positions.shape)
+    X, B = on.positions, white
+    for _ in range(ORDERS):
+        X, B = on.L @ X, on.L @ B
+    along = (X * guide).sum(axis=1)[on.inner]
+    return float(np.sqrt((along**2).mean() / (B[on.inner] ** 2).mean()))
+
+
+def _rounding(X: Floats) -> Floats:
+    """(3,) standard deviation of rounding to the lattice that coordinates lie on, step / sqrt(12); 0 where on none."""
+    steps = np.zeros(3)
+    for axis, column in enumerate(X.T):
+        values = np.unique(column)
+        gaps = np.diff(values)
+        gaps = gaps[gaps > 1e-9 * (values[-1] - values[0])]
+        if len(gaps) < _FEWEST_STEPS or len(values) * _FEWEST_PER_STEP > len(column):
+            continue
+        multiples = gaps / gaps.min()
+        if (np.abs(multiples - np.rint(multiples)) < 1e-3 * multiples).all():
+            steps[axis] = gaps.min()
+    return np.asarray(steps / np.sqrt(12))
+
+
+def _kind(
+    level: float,
+    spread: float,
+    orders: tuple[float, ...],
+    bands: tuple[float, ...],
+    covariance: Floats,
+    on: Sheet,
+) -> str:
+    edge, error = on.mean_edge, _STANDARD_ERRORS / np.sqrt(on.inner.sum())
+    if (
+        bands[_COARSER] < _GROWTH_OF_SHAPE ** (_COARSER - _FINER) * bands[_FINER]
+        and bands[_FINER] > _MORE_THAN_WHITE * orders[1]
+        and bands[0] > (_MORE_AT_ONCE + error) * orders[1]
+        and bands[_COARSER] > NEGLIGIBLE * edge
+    ):
+        return CORRELATED
+    if max(level, spread) < NEGLIGIBLE * edge:
+        return NONE
+    if orders[3] > (_RISE_OF_IMPULSES + error) * orders[1]:
+        return IMPULSE
+    eigenvalues = np.linalg.eigvalsh(covariance)
+    if eigenvalues[-1] > _ONE_SIDED * np.trace(covariance) / 3:
+        return DIRECTIONAL
+    return WHITE
+
+
+def _without_shape(bands: tuple[float, ...]) -> list[float]:
+    """The levels, held where the longest waves rise as those of a shape do."""
+    kept = len(bands)
+    while kept > _FINER + 1 and bands[kept - 1] >= _GROWTH_OF_SHAPE * bands[kept - 2]:
+        kept -= 1
+    return [*bands[:kept], *[bands[kept - 1]] * (len(bands) - kept)]
+
+
+def realisation(on: Sheet, guide: Floats, noise: Noise, seed: int = _SEED) -> Floats:
+    """(k, 3): three draws of noise of that kind, each a scalar a vertex along the normals, in the sheet's units."""
+    white = np.random.default_rng(seed).standard_normal(on.positions.shape)
+    if noise.kind == CORRELATED:
+        # a gain for each band: the differences of powers of Q sum to 1
+        gains = _without_shape(noise.bands)
+        gains = [*gains, gains[-1]]
+        field, rest, steps = np.zeros_like(white), white, 1
+        for gain in gains[:-1]:
+            lower = _walked(on.L, rest, steps - steps // 2)
+            field += gain * (rest - lower)
+            rest, steps = lower, 2 * steps
+        return np.asarray(field + gains[-1] * rest)
+    if noise.kind in (DIRECTIONAL, QUANTISED):
+        variance = np.maximum(np.einsum("ni,ij,nj->n", guide, noise.covariance, guide), 0.0)
+        return np.asarray(np.sqrt(variance)[:, None] * white)
+    return np.asarray(noise.level * white)
