@@ -9,6 +9,7 @@ of a MeshSet, as methods of :class:`MeshSet`, or after :func:`register` as metho
 from meshlab_specsmooth.bridge import filters as _filters
 from meshlab_specsmooth.bridge.filters import *  # noqa: F403 (each filter, by its name)
 from meshlab_specsmooth.bridge.registry import MeshSet, register, unregister
+from meshlab_specsmooth.edge_aware import EdgeAwareResult, denoise, smooth_edge_aware
 from meshlab_specsmooth.errors import (
     FileError,
     FilterFailed,
@@ -32,6 +33,7 @@ __version__ = VERSION
 
 __all__ = [
     *_filters.__all__,
+    "EdgeAwareResult",
     "ErrorEstimate",
     "FileError",
     "FilterFailed",
@@ -50,6 +52,7 @@ __all__ = [
     "Surface",
     "TooLarge",
     "__version__",
+    "denoise",
     "enhance",
     "estimate_error",
     "estimate_noise",
@@ -57,6 +60,7 @@ __all__ = [
     "prepare",
     "register",
     "smooth",
+    "smooth_edge_aware",
     "spectrum",
     "unregister",
 ]

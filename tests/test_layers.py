@@ -25,6 +25,7 @@ ROOMS = [
     {"automatic"},
     {"smoothing"},
     {"estimation"},
+    {"edge_aware"},
     {"spectrum"},
     {"bridge"},
     {"compare"},

@@ -24,6 +24,7 @@ from meshlab_specsmooth.bridge import scripts
 from meshlab_specsmooth.bridge.meshset import Change, by_place, in_one_pass, pull, verbosity_of, write
 from meshlab_specsmooth.bridge.parameters import RefusedParameter, resolve
 from meshlab_specsmooth.descriptors import Descriptor
+from meshlab_specsmooth.edge_aware import smooth_edge_aware
 from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.memory import require
 from meshlab_specsmooth.smoothing import BYTES_PER_VERTEX, Prepared, SmoothingResult, assemble
@@ -190,6 +191,31 @@ def apply_coord_spectral_enhancement(
     True
     """  # noqa: D205 (what it does stands in the descriptor)
     return _moved(ms, Prepared.enhance, values, progress)
+
+
+@mesh_filter
+def apply_coord_edge_aware_smoothing(
+    ms: pymeshlab.MeshSet, values: dict[str, Any], progress: Progress | None
+) -> tuple[dict[str, Any], Change]:
+    """
+    Returns
+    -------
+    dict
+        The evidence: all fields of :class:`meshlab_specsmooth.EdgeAwareResult` but the vertices.
+
+    Examples
+    --------
+    >>> import pymeshlab
+    >>> import meshlab_specsmooth as mss
+    >>> ms = pymeshlab.MeshSet()
+    >>> ms.create_cube()
+    >>> mss.apply_coord_edge_aware_smoothing(ms)["flips"]
+    0
+    """  # noqa: D205 (what it does stands in the descriptor)
+    vertices, faces = pull(ms)
+    given = {name: value for name, value in values.items() if value != 0}  # zero stands for "not given"
+    evidence = dict(vars(smooth_edge_aware(vertices, faces, **given, progress=part(progress, 0.0, _WRITING))))
+    return evidence, Change(vertices=in_one_pass(vertices, evidence.pop("vertices")))
 
 
 @mesh_filter

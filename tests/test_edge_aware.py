@@ -1,0 +1,311 @@
+import numpy as np
+import pymeshlab
+import pytest
+from hypothesis import given, settings
+
+import meshlab_specsmooth as mss
+from meshlab_specsmooth import edge_aware
+from meshlab_specsmooth.compare.metrics import normal_error, vertex_error, volume_change
+from meshlab_specsmooth.graph import faces, faces_compiled
+from tests.meshes import flaws, meshes, rough, sheet, torus
+
+
+def box(n=12):
+    """A cube with n squares along each edge, closed, each square cut in two."""
+    grid = np.stack(np.meshgrid(*[np.arange(n + 1)] * 2, indexing="ij"), axis=-1).reshape(-1, 2)
+    a = (np.arange(n)[:, None] * (n + 1) + np.arange(n)).ravel()
+    F = np.concatenate([np.stack([a, a + n + 1, a + n + 2], axis=1), np.stack([a, a + n + 2, a + 1], axis=1)])
+    vertices, sides = [], []
+    for axis in range(3):
+        for end in (0, n):
+            V = np.insert(grid, axis, end, axis=1)
+            outwards = (axis != 1) == (end == n)
+            sides.append((F if outwards else F[:, ::-1]) + sum(map(len, vertices)))
+            vertices.append(V)
+    V, inverse = np.unique(np.concatenate(vertices), axis=0, return_inverse=True)
+    return V.astype(float), inverse.ravel()[np.concatenate(sides)]
+
+
+BOX = box()
+NOISY = rough(BOX, 0.2, seed=1)
+
+
+@pytest.fixture(scope="module")
+def smoothed():
+    return mss.smooth_edge_aware(*NOISY)
+
+
+def apart(a, b):
+    return np.abs(a - b).max()
+
+
+def test_box_is_closed_and_looks_outwards():
+    surface = mss.Surface(*BOX)
+    assert mss.surface.is_closed(surface)
+    assert mss.surface.signed_volume(surface) == pytest.approx(12**3)
+
+
+def test_normals_of_a_cube_come_back_better_than_from_any_isotropic_filter(smoothed):
+    truth = mss.Surface(*BOX)
+    best = min(
+        normal_error(mss.Surface(mss.smooth(*NOISY, barycenter_weight=w).vertices, BOX[1]), truth)
+        for w in (1, 0.5, 0.35, 0.25, 0.18, 0.12)
+    )
+    result = mss.Surface(smoothed.vertices, BOX[1])
+    assert normal_error(result, truth) < best / 2
+    assert vertex_error(result, truth) < vertex_error(mss.Surface(*NOISY), truth)
+
+
+def test_nothing_flips_and_the_volume_stays(smoothed):
+    assert smoothed.flips == 0
+    assert abs(smoothed.volume_change) < 0.5
+    change = volume_change(mss.Surface(smoothed.vertices, BOX[1]), mss.Surface(*NOISY))
+    assert smoothed.volume_change == pytest.approx(change)
+
+
+def test_the_choice_is_the_best_of_what_was_considered(smoothed):
+    errors = [row.error for row in smoothed.considered]
+    assert errors == sorted(errors)
+    assert smoothed.error == errors[0]
+    first = smoothed.considered[0].setting
+    assert (first.start, first.strength, first.range_width, first.passes) == (
+        smoothed.start,
+        smoothed.strength,
+        smoothed.range_width,
+        smoothed.passes,
+    )
+
+
+def test_the_error_is_estimated_well(smoothed):
+    V, F = BOX
+    flat = np.ptp(mss.surface.vertex_normals(mss.Surface(V, F)), axis=1) > 0.99  # inside the sides
+    along = mss.surface.vertex_normals(mss.Surface(V, F))[flat]
+    true = np.sqrt((((smoothed.vertices - V)[flat] * along).sum(axis=1) ** 2).mean())
+    assert smoothed.error < 4 * max(true, 0.02)
+    assert smoothed.noise == pytest.approx(0.2 * mss.surface.mean_edge_length(mss.Surface(V, F)), rel=0.15)
+
+
+def test_denoise_considers_the_isotropic_filter_and_is_no_worse_by_its_own_estimate(smoothed):
+    result = mss.denoise(*NOISY)
+    assert 0 in {row.setting.passes for row in result.considered}
+    assert result.error <= smoothed.error
+
+
+def test_favoring_normals_takes_the_noise_for_higher(smoothed):
+    assert mss.smooth_edge_aware(*NOISY, favor="normals").noise > 1.2 * smoothed.noise
+
+
+def test_what_is_given_is_not_chosen():
+    result = mss.smooth_edge_aware(*NOISY, strength=0.7, range_width=0.3, passes=2)
+    assert (result.strength, result.range_width, result.passes) == (0.7, 0.3, 2)
+    assert np.isnan(result.error)
+    free = mss.smooth_edge_aware(*NOISY, strength=0.7, passes=2)
+    assert {(row.setting.strength, row.setting.passes) for row in free.considered} == {(0.7, 2)}
+
+
+def test_deterministic_and_its_input_is_not_changed(smoothed):
+    V, F = NOISY[0].copy(), NOISY[1].copy()
+    assert np.array_equal(mss.smooth_edge_aware(V, F).vertices, smoothed.vertices)
+    assert np.array_equal(V, NOISY[0])
+    assert np.array_equal(F, NOISY[1])
+
+
+# what the guide's least squares are solved to, column by column
+SOLVED = 1e-5
+FIXED = {"strength": 1.0, "range_width": 0.3, "passes": 3}
+
+
+def test_follows_rigid_motions_and_scale():
+    V, F = NOISY
+    result = mss.smooth_edge_aware(V, F, **FIXED).vertices
+    Q, _ = np.linalg.qr(np.random.default_rng(0).standard_normal((3, 3)))
+    Q *= np.sign(np.linalg.det(Q))
+    moved = mss.smooth_edge_aware(V @ Q.T + [5, -3, 2], F, **FIXED).vertices
+    assert apart(moved, result @ Q.T + [5, -3, 2]) < SOLVED * np.ptp(V)
+    for scale in (1e-6, 1e6):
+        assert apart(mss.smooth_edge_aware(V * scale, F, **FIXED).vertices, result * scale) < 1e-9 * np.ptp(V) * scale
+
+
+def test_follows_the_choice_at_any_scale(smoothed):
+    scaled = mss.smooth_edge_aware(NOISY[0] * 1e6, NOISY[1])
+    assert apart(scaled.vertices, smoothed.vertices * 1e6) < 1e-7 * np.ptp(NOISY[0]) * 1e6
+
+
+def test_follows_permutations():
+    V, F = NOISY
+    rng = np.random.default_rng(4)
+    order, faces_order = rng.permutation(len(V)), rng.permutation(len(F))
+    place = np.argsort(order)
+    result = mss.smooth_edge_aware(V, F, **FIXED).vertices
+    other = mss.smooth_edge_aware(V[order], place[F][faces_order], **FIXED).vertices
+    assert apart(other, result[order]) < SOLVED * np.ptp(V)
+
+
+def test_flat_stays_flat():
+    V, F = sheet(15, 12)
+    V[:, 2] = 0
+    assert apart(mss.smooth_edge_aware(V, F).vertices, V) < 1e-9 * np.ptp(V)
+    slanted = V @ np.linalg.qr(np.random.default_rng(0).standard_normal((3, 3)))[0]
+    assert apart(mss.denoise(slanted, F).vertices, slanted) < 1e-6 * np.ptp(V)
+
+
+def test_rims_do_not_creep():
+    V, F = sheet(30, 25)
+    V[:, 2] = 0
+    noisy = V.copy()
+    noisy[:, 2] += 0.2 * np.random.default_rng(0).standard_normal(len(V))
+    rim = mss.surface.boundary_vertices(mss.Surface(V, F))
+    for result in (mss.smooth_edge_aware(noisy, F), mss.denoise(noisy, F)):
+        off = (result.vertices - V)[rim]
+        assert np.sqrt((off[:, :2] ** 2).mean()) < 0.1  # of an edge
+        assert np.abs(off[:, :2].mean(axis=0)).max() < 0.02
+        assert np.sqrt((off[:, 2] ** 2).mean()) < 0.15
+
+
+def test_a_smooth_surface_is_no_worse_than_from_the_isotropic_filter():
+    mesh = torus(60, 40)
+    truth = mss.Surface(*mesh)
+    V, F = rough(mesh, 0.2, seed=3)
+    result = mss.denoise(V, F)
+    isotropic = mss.smooth(V, F, barycenter_weight=result.barycenter_weight).vertices
+    assert vertex_error(mss.Surface(result.vertices, F), truth) < 1.05 * vertex_error(mss.Surface(isotropic, F), truth)
+
+
+def test_impulses_are_recognised():
+    V, F = box(20)
+    rng = np.random.default_rng(0)
+    noisy = V + (rng.random(len(V)) < 0.3)[:, None] * 0.5 * rng.standard_normal(V.shape)
+    result = mss.smooth_edge_aware(noisy, F)
+    assert result.noise_kind == "impulses"
+    assert normal_error(mss.Surface(result.vertices, F), mss.Surface(V, F)) < 6
+
+
+@pytest.mark.parametrize("name", flaws(rough(sheet())))
+def test_flawed_meshes(name):
+    V, F = flaws(rough(sheet()))[name]
+    result = mss.denoise(V, F)
+    assert np.isfinite(result.vertices).all()
+    stray = np.setdiff1d(np.arange(len(V)), F)
+    assert np.array_equal(result.vertices[stray], V[stray])
+
+
+@settings(deadline=None, max_examples=40)
+@given(meshes())
+def test_any_soup_gives_a_finite_result(mesh):
+    V, F = mesh
+    result = mss.smooth_edge_aware(V, F)
+    assert np.isfinite(result.vertices).all()
+    assert np.isfinite(mss.denoise(V, F).vertices).all()
+
+
+def test_the_search_runs_on_pieces_of_a_large_mesh(monkeypatch):
+    V, F = rough(box(30), 0.2, seed=2)
+    monkeypatch.setattr(edge_aware, "_SEARCHED_FACES", 5_000)
+    monkeypatch.setattr(edge_aware, "_PIECE_FACES", 1_000)
+    result = mss.smooth_edge_aware(V, F)
+    assert result.noise == pytest.approx(0.2 * mss.surface.mean_edge_length(mss.Surface(*box(30))), rel=0.15)
+    assert normal_error(mss.Surface(result.vertices, F), mss.Surface(*box(30))) < 4
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"favor": "speed"}, "favor"),
+        ({"strength": 0}, "strength"),
+        ({"range_width": np.inf}, "range_width"),
+        ({"passes": 0}, "passes"),
+        ({"passes": 2.0}, "passes"),
+    ],
+)
+def test_wrong_parameters_are_refused_by_name(wrong, message):
+    with pytest.raises(mss.InvalidParameter, match=message):
+        mss.smooth_edge_aware(*NOISY, **wrong)
+
+
+def test_progress_rises_to_one():
+    seen = []
+    mss.smooth_edge_aware(*NOISY, progress=seen.append)
+    assert seen == sorted(seen)
+    assert seen[-1] == 1
+    with pytest.raises(KeyboardInterrupt):
+        mss.smooth_edge_aware(*NOISY, progress=interrupt)
+
+
+def interrupt(_):
+    raise KeyboardInterrupt
+
+
+def test_filter_is_the_function_and_crosses_itself_nowhere(smoothed):
+    ms = pymeshlab.MeshSet()
+    ms.add_mesh(pymeshlab.Mesh(*NOISY))
+    output = mss.apply_coord_edge_aware_smoothing(ms)
+    assert apart(ms.current_mesh().vertex_matrix(), smoothed.vertices) < 1e-12
+    assert output["strength"] == smoothed.strength
+    ms.compute_selection_by_self_intersections_per_face()
+    assert ms.current_mesh().selected_face_number() == 0
+
+
+# the graph of faces
+
+
+@pytest.mark.parametrize("mesh", [NOISY, rough(sheet()), *flaws(sheet(6, 5)).values()])
+def test_compiled_graph_is_the_reference(mesh):
+    V, F = mesh
+    F = np.ascontiguousarray(F, dtype=np.int32)
+    one, other = faces.neighbours(F, len(V)), faces_compiled.neighbours(F, len(V))
+    for name in ("indptr", "indices", "vertex_indptr", "vertex_faces"):
+        a, b = getattr(one, name), getattr(other, name)
+        assert a.dtype == b.dtype == np.int32
+        assert np.array_equal(a, b), name
+
+
+def test_faces_of_a_hub_are_neighbours_through_the_rim_alone():
+    k = faces.MOST_FACES_OF_A_VERTEX + 10
+    rim = np.arange(1, k + 1)
+    F = np.stack([np.zeros(k, dtype=int), rim, np.roll(rim, -1)], axis=1).astype(np.int32)
+    for graph in (faces.neighbours(F, k + 1), faces_compiled.neighbours(F, k + 1)):
+        assert (np.diff(graph.indptr) == 2).all()
+
+
+def test_compiled_sweeps_are_the_reference():
+    V, F = rough(torus(), 0.3)
+    graph = faces.neighbours(np.ascontiguousarray(F, dtype=np.int32), len(V))
+    one, other = faces.ReferenceFaceKernels(graph), faces_compiled.CompiledFaceKernels(graph)
+    rng = np.random.default_rng(0)
+    frames = [kernels.frames(V) for kernels in (one, other)]
+    for a, b in zip(*frames, strict=True):
+        assert apart(a, b) < 1e-12 * np.abs(a).max()
+    centre, N, area = frames[0]
+    root = np.sqrt(area / area.mean())
+    weights = [kernels.weigh(centre, N, root, 0.7, 5.0) for kernels in (one, other)]
+    for a, b in zip(*weights, strict=True):
+        assert apart(a, b) < 1e-12 * a.max()
+    weight, degree = weights[0]
+    diagonal = root**2 + 2 * degree
+    solved = [k.solve(weight, diagonal, 2.0, root[:, None] ** 2 * N, N, 1e-6, 12) for k in (one, other)]
+    assert apart(*solved) < 1e-12 * np.abs(solved[0]).max()
+    pull = rng.random(len(V)) / 6
+    fitted = [kernels.fit(V, N, pull, 15) for kernels in (one, other)]
+    assert apart(*fitted) < 1e-12 * np.abs(V).max()
+
+
+def test_the_solve_solves():
+    V, F = rough(torus(), 0.3)
+    graph = faces.face_graph(np.ascontiguousarray(F, dtype=np.int32), len(V))
+    reference = faces.ReferenceFaceKernels(graph)
+    centre, N, area = reference.frames(V)
+    root = np.sqrt(area / area.mean())
+    weight, degree = reference.weigh(centre, N, root, 0.7, 5.0)
+    diagonal = root**2 + 2 * degree
+    X = faces.face_kernels(graph).solve(weight, diagonal, 2.0, N, np.zeros_like(N), 1e-9, 500)
+    W = faces.csr_array((weight, graph.indices, graph.indptr), shape=(graph.size, graph.size))
+    assert apart(diagonal[:, None] * X - 2.0 * (W @ X), N) < 1e-6
+
+
+def test_without_the_extra_the_result_is_the_same(monkeypatch):
+    with_it = mss.smooth_edge_aware(*NOISY, **FIXED)
+    monkeypatch.setattr(edge_aware, "face_graph", faces.neighbours)
+    monkeypatch.setattr(edge_aware, "face_kernels", faces.ReferenceFaceKernels)
+    without = mss.smooth_edge_aware(*NOISY, **FIXED)
+    assert without.kernels == "scipy"
+    assert apart(with_it.vertices, without.vertices) < 1e-9 * np.ptp(NOISY[0])
