@@ -357,7 +357,7 @@ class Prepared:
         """(m, 3) int32: the faces that have an edge, by numbers of the moving vertices."""
         F = self.surface.faces
         F = F[(F[:, 0] != F[:, 1]) | (F[:, 1] != F[:, 2])]
-        if self.is_in_order:
+        if self.place is None:
             return F
         number = np.empty(len(self.surface.vertices), dtype=np.int32)
         number[self.moving] = np.arange(len(self.moving), dtype=np.int32)
