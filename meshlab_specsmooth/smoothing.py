@@ -223,7 +223,7 @@ class Prepared:
                 feature_gain=feature_gain,
                 progress=progress,
             )
-            return self._told(result, chosen, start)
+            return self._told(result, chosen, began)
         _check_weight(barycenter_weight)
         designing, progress = self._shares(method, progress)
         low_pass = self._design(modes, wavelength, response, method, counting, barycenter_weight, designing)
