@@ -1,6 +1,7 @@
 """The setting of least estimated error: how firmly the barycentres are to be held, without the truth to compare with.
 
-Stein's unbiased risk estimate (1981) along the normals n of a smoothed guide: for noise z along them and a linear filter H,
+Stein's unbiased risk estimate (1981) along the normals n of a smoothed guide: for noise z along them and a linear
+filter H,
 
     risk = mean (n . (H V - V))^2 - mean z^2 + 2 mean z . H z,
 
@@ -33,6 +34,8 @@ from meshlab_specsmooth.noise import (
     weight_for,
 )
 from meshlab_specsmooth.operators import Gram
+from meshlab_specsmooth.reconstruction import passed_on
+from meshlab_specsmooth.spectral.design import design
 from meshlab_specsmooth.surface import Floats, Integers
 
 FAVORS = ("position", "normals")
@@ -40,9 +43,12 @@ FAVORS = ("position", "normals")
 # Normals ask for more smoothing than positions do; as if the noise were this many times as high (measured)
 _NORMALS = 1.4
 
-# Weights are looked at in steps of this factor from the first guess, downhill, until the error rises; a parabola through
-# the last three has the least
+# Weights are looked at in steps of this factor from the first guess, downhill, until the error rises; a parabola
+# through the last three has the least
 _FACTOR, _STEPS = 2.0, 7
+
+# The low-pass is computed for weights down to the first guess over this, and to this share of the displacement
+_FINEST, _TOLERANCE = 4.0, 2.5e-3
 
 # The error is flat about its least, and that of normals still falls with the weight: of all weights whose error is
 # within this share of the least, the lowest is taken
@@ -89,7 +95,31 @@ class Choice:
     warning: str | None = None
 
 
-def choose(positions: Floats, faces: Integers, L: Laplacian, favor: str = "position") -> Choice:
+@dataclass(frozen=True)
+class LowPass:
+    """Step 2: the shape of the response, and the shortest wave that it keeps, in mean edges."""
+
+    name: str
+    shortest: float
+
+    def removed(self, on: Sheet, X: Floats, weight: float) -> Floats:
+        """(h(L) - 1) L X, as well as a reconstruction with a weight of ``weight`` or more sees it."""
+        if self.shortest > 2 * np.sqrt(on.L.size):  # no wave fits on the mesh: only constants are kept
+            return np.asarray(-(on.L @ X))
+        designed = design(
+            on.L,
+            self.shortest,
+            by="wavelength",
+            name=self.name,
+            method="chebyshev",
+            tolerance=_TOLERANCE,
+            passed_on=lambda eigenvalues: passed_on(eigenvalues, weight),
+        )
+        delta = on.L @ X
+        return np.asarray(designed.filter.apply(on.L, delta) - delta)
+
+
+def choose(positions: Floats, faces: Integers, L: Laplacian, favor: str, low_pass: LowPass) -> Choice:
     """The barycentre weight of least estimated error.
 
     Parameters
@@ -100,16 +130,17 @@ def choose(positions: Floats, faces: Integers, L: Laplacian, favor: str = "posit
         Of the mesh; its graph is walked for patches.
     favor : {"position", "normals"}
         Whose error is to be small.
+    low_pass : LowPass
     """
     on = part_of(positions, faces, L)
     measured = measure(on)
     if measured.noise.kind != IMPULSE:
-        return choose_on(on, measured, favor)
+        return choose_on(on, measured, favor, low_pass)
     drawn = sheet(robust(on.positions, on.faces, on.L, on.gram), on.faces)
-    return replace(choose_on(drawn, measure(drawn), favor), noise=measured.noise)
+    return replace(choose_on(drawn, measure(drawn), favor, low_pass), noise=measured.noise)
 
 
-def choose_on(on: Sheet, measured: Measured, favor: str) -> Choice:
+def choose_on(on: Sheet, measured: Measured, favor: str, low_pass: LowPass) -> Choice:
     """The same for a sheet whose noise is known."""
     noise, n = measured.noise, measured.normals
     if noise.level <= _NOTHING * on.mean_edge:
@@ -118,14 +149,17 @@ def choose_on(on: Sheet, measured: Measured, favor: str) -> Choice:
     inner = on.inner
     energy = float((z[inner] ** 2).mean())
 
+    guess = weight_for(noise.level / on.mean_edge)
+    lowest = max(guess / _FINEST, LEAST_WEIGHT)
+    of_shape, of_noise = (low_pass.removed(on, X, lowest) for X in (on.positions, z))
+
     def risk(log_weight: float) -> float:
         weight = float(np.exp(log_weight))
-        moved = ((rebuilt(on.L, on.gram, on.positions, weight) - on.positions) * n).sum(axis=1)[inner]
-        kept = float((z * rebuilt(on.L, on.gram, z, weight))[inner].mean())
+        moved = ((rebuilt(on.L, on.gram, on.positions, weight, of_shape) - on.positions) * n).sum(axis=1)[inner]
+        kept = float((z * rebuilt(on.L, on.gram, z, weight, of_noise))[inner].mean())
         return float((moved**2).mean()) - energy + 2 * kept
 
-    start = float(np.log(weight_for(noise.level / on.mean_edge)))
-    log_weight, least = _least(risk, start, _ALIKE if favor == "position" else 0.0)
+    log_weight, least = _least(risk, float(np.log(guess)), _ALIKE if favor == "position" else 0.0)
     weight = float(np.clip(np.exp(log_weight), LEAST_WEIGHT, MOST_WEIGHT))
     return Choice(weight, float(np.sqrt(max(least, 0.0))), noise, _warning(noise))
 

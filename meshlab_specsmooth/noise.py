@@ -1,7 +1,7 @@
 """What is noise: its level along the normals, its kind, and the evidence; arrays that :mod:`.smoothing` has prepared.
 
-Everything is measured on the component of L^2 V along the normals of a smoothed guide, divided by the norm of the rows of
-L^2, so that white noise of standard deviation s gives s at every vertex; L^2 leaves nearly nothing of a smooth shape
+Everything is measured on the component of L^2 V along the normals of a smoothed guide, divided by the norm of the rows
+of L^2, so that white noise of standard deviation s gives s at every vertex; L^2 leaves nearly nothing of a smooth shape
 (of the curvature, what L leaves, only its change). The median of it does not see what few vertices have: sharp edges.
 
 Other scales are seen through dyadic bands B_a = Q^a (I - Q^a)^2, Q = I - L/2, a = 1, 2, 4, ..., each compared with what
@@ -32,7 +32,7 @@ NEGLIGIBLE = 0.02
 # On a regular mesh with noise of s edges the weight 0.07 / s removes nearly all of it (measured on meshes made in code)
 STRENGTH = 0.07
 
-LEAST_WEIGHT, MOST_WEIGHT = 0.01, 1000.0
+LEAST_WEIGHT, MOST_WEIGHT = 0.02, 1000.0
 
 ORDERS = 4
 BANDS = 6
@@ -58,8 +58,12 @@ _MORE_AT_ONCE = 1.05
 # Coordinates that are rounded to a lattice take few values, each many times
 _FEWEST_STEPS, _FEWEST_PER_STEP = 8, 4
 
-# Eigenvalues of the covariance of noise of one level in all directions are within a factor of two of their mean
-_ONE_SIDED = 2.0
+# Eigenvalues of the covariance of noise of one level in all directions are within a factor of two of their mean, and
+# the median and the mean square of its residual agree
+_ONE_SIDED, _UNLIKE = 2.0, 1.1
+
+# Share of the mean level in what few normals see of the covariance: on a box only those at its edges see more than axes
+_HELD = 0.03
 
 # The estimate's standard error is this over the root of the number of vertices: the residuals of L^2 at neighbours are
 # correlated, so that there are half as many independent ones as vertices. The rest is what guide and shape put it off.
@@ -94,7 +98,7 @@ class Noise:
     outliers : float
         Share of vertices whose residual is beyond three standard deviations (0.003 for white noise).
     covariance : (3, 3) float64
-        Of the noise vector of a vertex, squared mesh units, so far as it is seen along the normals.
+        Of the noise vector of a vertex, in units of the squared level, so far as it is seen along the normals.
 
     Examples
     --------
@@ -126,8 +130,7 @@ class Noise:
             float(np.ldexp(x, exponent)) for x in (self.level, self.low, self.high, self.mean_edge)
         )
         orders, bands = (tuple(np.ldexp(x, exponent).tolist()) for x in (self.orders, self.bands))
-        covariance = np.ldexp(np.ldexp(self.covariance, exponent), exponent)
-        return Noise(level, low, high, self.kind, edge, orders, bands, self.kurtosis, self.outliers, covariance)
+        return Noise(level, low, high, self.kind, edge, orders, bands, self.kurtosis, self.outliers, self.covariance)
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,16 +172,20 @@ def sheet(positions: Floats, faces: Integers) -> Sheet:
     return Sheet(positions, faces, L, gram_of_barycenters(mesh), inner, L.mean_edge_length(positions))
 
 
-def rebuilt(L: Laplacian, gram: Gram, X: Floats, weight: float) -> Floats:
-    """The surface of least |L V'|^2 + w^2 |C V' - C X|^2: the three steps with a low cut-off; linear in X, (k, 3)."""
-    return np.asarray(X + solve(L, gram, weight, -(L @ X)).displacement)
+def rebuilt(L: Laplacian, gram: Gram, X: Floats, weight: float, change: Floats | None = None) -> Floats:
+    """Step 3 of X, (k, 3): the surface of least |L V' - L X - change|^2 + w^2 |C V' - C X|^2.
+
+    Without ``change`` no differential coordinates are kept, as with a very low cut-off.
+    """
+    return np.asarray(X + solve(L, gram, weight, -(L @ X) if change is None else change).displacement)
 
 
 def normals(X: Floats, F: Integers) -> Floats:
     """(k, 3) unit normals of the vertices, weighted by area; zero where there is none."""
     vectors = np.cross(X[F[:, 1]] - X[F[:, 0]], X[F[:, 2]] - X[F[:, 0]])
     corner = F.ravel()
-    sums = np.stack([np.bincount(corner, np.repeat(column, 3), len(X)) for column in vectors.T], axis=1)
+    # (bincount counts in integers where there is nothing to count)
+    sums = np.stack([np.bincount(corner, np.repeat(c, 3), len(X)) for c in vectors.T], axis=1).astype(np.float64)
     length = np.linalg.norm(sums, axis=1)
     return np.asarray(np.divide(sums, length[:, None], out=np.zeros_like(sums), where=length[:, None] > 0))
 
@@ -235,6 +242,7 @@ def measure(on: Sheet) -> Measured:
     else:
         width = float(np.hypot(2 * fraction, _SYSTEMATIC))
         low, high = max(1 - width, 0.0), 1 + width
+    covariance = covariance / spread**2 if spread > 0 else np.zeros((3, 3))
     noise = Noise(
         spread, low * spread, high * spread, kind, on.mean_edge, orders, bands, kurtosis, outliers, covariance
     )
@@ -251,23 +259,29 @@ def _row_norms(L: Laplacian) -> Floats:
     walk = csr_array(L.graph.adjacency(np.ones(len(L.graph.indices))))
     matrix = csr_array(eye_array(L.size) - csr_array(walk.multiply(1 / degree[:, None])))
     square = csr_array(matrix @ matrix)
-    return np.sqrt(np.asarray(square.multiply(square).sum(axis=1)).ravel())
+    return np.asarray(np.sqrt(np.asarray(square.multiply(square).sum(axis=1)).ravel()))
 
 
 def _levels(on: Sheet, guide: Floats) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Levels by order of L and by band, against white noise that goes the same way."""
     white = np.random.default_rng(_SEED).standard_normal(on.positions.shape)
 
-    def level(X: Floats, B: Floats) -> float:
-        along = np.abs((X * guide).sum(axis=1))[on.inner]
-        return float(np.median(along) / np.median(np.abs(B[on.inner])))
+    def level(given: Floats, probe: Floats) -> float:
+        along = np.abs((given * guide).sum(axis=1))[on.inner]
+        return float(np.median(along) / max(np.median(np.abs(probe[on.inner])), np.finfo(np.float64).tiny))
 
-    orders, X, B = [], on.positions, white
-    for _ in range(ORDERS):
-        X, B = on.L @ X, on.L @ B
-        orders.append(level(X, B))
-    bands = [level(x, b) for x, b in zip(_bands(on.L, on.positions), _bands(on.L, white), strict=True)]
+    orders = [level(*pair) for pair in zip(_powers(on.L, on.positions), _powers(on.L, white), strict=True)]
+    bands = [level(*pair) for pair in zip(_bands(on.L, on.positions), _bands(on.L, white), strict=True)]
     return tuple(orders), tuple(bands)
+
+
+def _powers(L: Laplacian, X: Floats) -> list[Floats]:
+    """L X, L^2 X, L^3 X, L^4 X."""
+    powers = []
+    for _ in range(ORDERS):
+        X = L @ X
+        powers.append(X)
+    return powers
 
 
 def _bands(L: Laplacian, X: Floats) -> list[Floats]:
@@ -311,7 +325,7 @@ def _covariance(squares: Floats, along: Floats, level: float) -> tuple[Floats, f
         weighted = rows[kept] / np.maximum(variance[kept], 0.05 * mean)[:, None]
         matrix = weighted.T @ rows[kept]
         # directions that no normal sees are taken to have the mean level
-        hold = 1e-3 * np.trace(matrix) / 6
+        hold = _HELD * np.trace(matrix) / 6
         entries = np.linalg.solve(
             matrix + hold * np.eye(6), weighted.T @ squares[kept] / kept_variance + hold * mean * isotropic
         )
@@ -324,11 +338,8 @@ def _covariance(squares: Floats, along: Floats, level: float) -> tuple[Floats, f
 def _mean_square_level(on: Sheet, guide: Floats) -> float:
     """Level by the mean square in L^4, which sees impulses in full and of shape the least."""
     white = np.random.default_rng(_SEED).standard_normal(on.positions.shape)
-    X, B = on.positions, white
-    for _ in range(ORDERS):
-        X, B = on.L @ X, on.L @ B
-    along = (X * guide).sum(axis=1)[on.inner]
-    return float(np.sqrt((along**2).mean() / (B[on.inner] ** 2).mean()))
+    along = (_powers(on.L, on.positions)[-1] * guide).sum(axis=1)[on.inner]
+    return float(np.sqrt((along**2).mean() / (_powers(on.L, white)[-1][on.inner] ** 2).mean()))
 
 
 def _rounding(X: Floats) -> Floats:
@@ -367,7 +378,7 @@ def _kind(
     if orders[3] > (_RISE_OF_IMPULSES + error) * orders[1]:
         return IMPULSE
     eigenvalues = np.linalg.eigvalsh(covariance)
-    if eigenvalues[-1] > _ONE_SIDED * np.trace(covariance) / 3:
+    if eigenvalues[-1] > _ONE_SIDED * np.trace(covariance) / 3 and spread > _UNLIKE * level:
         return DIRECTIONAL
     return WHITE
 
@@ -395,5 +406,5 @@ def realisation(on: Sheet, guide: Floats, noise: Noise, seed: int = _SEED) -> Fl
         return np.asarray(field + gains[-1] * rest)
     if noise.kind in (DIRECTIONAL, QUANTISED):
         variance = np.maximum(np.einsum("ni,ij,nj->n", guide, noise.covariance, guide), 0.0)
-        return np.asarray(np.sqrt(variance)[:, None] * white)
+        return np.asarray(noise.level * np.sqrt(variance)[:, None] * white)
     return np.asarray(noise.level * white)

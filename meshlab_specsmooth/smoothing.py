@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from meshlab_specsmooth.automatic import FAVORS, Choice, across_the_rim, choose, robust, without_drift
+from meshlab_specsmooth.automatic import FAVORS, Choice, LowPass, across_the_rim, choose, robust, without_drift
 from meshlab_specsmooth.descriptors import ENHANCEMENT_DEFAULTS, SMOOTHING_DEFAULTS
 from meshlab_specsmooth.errors import InvalidParameter, check_name
 from meshlab_specsmooth.graph import order
@@ -25,7 +25,7 @@ from meshlab_specsmooth.spectral.chebyshev import PassedOn
 from meshlab_specsmooth.spectral.cutoff import wavelength_in_edges
 from meshlab_specsmooth.spectral.density import Density
 from meshlab_specsmooth.spectral.design import Design, design, design_band, is_exact
-from meshlab_specsmooth.spectral.progress import Progress, part
+from meshlab_specsmooth.spectral.progress import Progress, part, rising
 from meshlab_specsmooth.surface import Floats, Integers, Surface
 
 # The default cut-off: waves of 20 edges are shape on any mesh that resolves its shape at all, waves of a few edges are
@@ -208,7 +208,12 @@ class Prepared:
         region = self._region(boundary, mask, 1.0 - kept)
         check_name("favor", favor, FAVORS)
         if barycenter_weight is None:
-            chosen = self._chosen(favor, boundary, mask)
+            if modes is not None and wavelength is None:
+                cutoff = self._design(modes, None, response, method, counting, 1.0, None).cutoff
+                shortest = wavelength_in_edges(cutoff.eigenvalue)
+            else:
+                shortest = self._in_edges("wavelength", wavelength, DEFAULT_WAVELENGTH_IN_EDGES)
+            chosen = self._chosen(favor, boundary, mask, LowPass(response, shortest))
             result = chosen.start.smooth(
                 modes=modes,
                 wavelength=wavelength,
@@ -221,7 +226,7 @@ class Prepared:
                 mask=mask,
                 features=features,
                 feature_gain=feature_gain,
-                progress=progress,
+                progress=rising(progress),
             )
             return self._told(result, chosen, began)
         _check_weight(barycenter_weight)
@@ -321,10 +326,10 @@ class Prepared:
             displacement *= blend(self.L, self._weights("mask", mask))
         return self._result(displacement, low_pass, 0.0, [], start)
 
-    def _chosen(self, favor: str, boundary: str, mask: npt.ArrayLike | None) -> _Chosen:
+    def _chosen(self, favor: str, boundary: str, mask: npt.ArrayLike | None, low_pass: LowPass) -> _Chosen:
         """The weight of least estimated error, and where to start from: impulses drawn in, a noisy rim smoothed."""
         faces = self.renumbered_faces()
-        choice = choose(self.positions, faces, self.L, favor)
+        choice = choose(self.positions, faces, self.L, favor, low_pass)
         start = self.positions
         if choice.noise.kind == IMPULSE:
             start = robust(start, faces, self.L, self.gram)
@@ -348,20 +353,20 @@ class Prepared:
         displacement = _scaled(result.vertices[self.moving] - self.surface.vertices[self.moving], -unit)
         displacement += chosen.start.positions - self.positions
         displacement = without_drift(displacement, self.positions, self.renumbered_faces(), chosen.choice.noise)
-        vertices = self.surface.vertices.copy()
-        vertices[self.moving] += _scaled(displacement.copy(), unit)
+        vertices, step = self.surface.vertices.copy(), _scaled(displacement.copy(), unit)
+        vertices[self.moving] = np.where(step != 0, vertices[self.moving] + step, vertices[self.moving])
         rms = np.sqrt(np.vdot(displacement, displacement) / len(vertices))
         return replace(result, vertices=vertices, displacement=float(np.ldexp(rms, unit)), mean_edge=noise.mean_edge)
 
     def renumbered_faces(self) -> Integers:
         """(m, 3) int32: the faces that have an edge, by numbers of the moving vertices."""
-        F = self.surface.faces
-        F = F[(F[:, 0] != F[:, 1]) | (F[:, 1] != F[:, 2])]
+        F: Integers = self.surface.faces
+        F = np.asarray(F[(F[:, 0] != F[:, 1]) | (F[:, 1] != F[:, 2])])
         if self.place is None:
             return F
         number = np.empty(len(self.surface.vertices), dtype=np.int32)
         number[self.moving] = np.arange(len(self.moving), dtype=np.int32)
-        return number[F]
+        return np.asarray(number[F])
 
     def _run(
         self,
@@ -685,8 +690,8 @@ def smooth(
     boundary : {"auto", "fixed", "curve", "free"}
         What happens at the boundary of an open surface: it stays; its curve is smoothed along itself, by the same three
         steps, except small holes (shorter round than the wavelength), which stay; or it is smoothed like the rest,
-        which draws it inwards (the paper). ``"auto"`` is ``"fixed"``, unless the weight is chosen and the noise is shared
-        between neighbours: then the boundary moves as the rest does, but across the surface only.
+        which draws it inwards (the paper). ``"auto"`` is ``"fixed"``, unless the weight is chosen and the noise is
+        shared between neighbours: then the boundary moves as the rest does, but across the surface only.
     mask : (n,) array of weights in [0, 1] or of bool, optional
         Vertices that may move: those whose weight is above 0. The others stay to the bit, and the displacement fades
         out towards them without a seam.

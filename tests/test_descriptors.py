@@ -110,7 +110,7 @@ def test_the_package_s_own_descriptors_are_well_formed_and_named_as_their_files(
 
 def test_the_shared_defaults_have_their_types():
     assert descriptors.SMOOTHING_DEFAULTS.text("response") == "ideal"
-    assert descriptors.SMOOTHING_DEFAULTS.number("barycenter_weight") == 1.0
+    assert descriptors.SMOOTHING_DEFAULTS.number("barycenter_weight") == 0
     with pytest.raises(TypeError, match="response is str"):
         descriptors.SMOOTHING_DEFAULTS.number("response")
     with pytest.raises(TypeError, match="passes is int"):

@@ -13,3 +13,17 @@ def part(progress: Progress | None, start: float, share: float) -> Progress | No
     if progress is None:
         return None
     return lambda fraction: progress(start + share * fraction)
+
+
+def rising(progress: Progress | None) -> Progress | None:
+    """The callback without steps back, which residuals of conjugate gradients make."""
+    if progress is None:
+        return None
+    highest = 0.0
+
+    def report(fraction: float) -> None:
+        nonlocal highest
+        highest = max(highest, fraction)
+        progress(highest)
+
+    return report

@@ -1,0 +1,127 @@
+"""The weight of least estimated error, where none is given."""
+
+import numpy as np
+import pytest
+
+import meshlab_specsmooth as mss
+from meshlab_specsmooth import automatic
+from meshlab_specsmooth.surface import face_vectors, vertex_normals
+from tests.meshes import sheet, torus
+from tests.test_noise import BOX, NORMALS, TORUS, edge_of, impulses, kinds, noisy
+
+WEIGHTS = (3.0, 1.5, 1.0, 0.7, 0.5, 0.35, 0.25, 0.18, 0.12, 0.08, 0.05, 0.03)
+BOTH = pytest.mark.parametrize("clean", [TORUS, BOX], ids=["torus", "box"])
+
+
+def across(vertices, clean):
+    """Root mean square error along the true normals, in edges."""
+    n = vertex_normals(mss.Surface(*clean))
+    return np.sqrt((((vertices - clean[0]) * n).sum(axis=1) ** 2).mean()) / edge_of(*clean)
+
+
+def turned(vertices, clean):
+    """Mean angle between normals of faces, in degrees."""
+    a, b = (face_vectors(mss.Surface(V, clean[1])) for V in (vertices, clean[0]))
+    cosine = (a * b).sum(axis=1) / np.linalg.norm(a, axis=1) / np.linalg.norm(b, axis=1)
+    return np.degrees(np.arccos(np.clip(cosine, -1, 1))).mean()
+
+
+@BOTH
+@pytest.mark.parametrize("level", [0.05, 0.2, 0.5])
+def test_the_choice_is_nearly_the_best(clean, level):
+    V, F = noisy(clean, level)
+    prepared = mss.prepare(V, F)
+    best = [prepared.smooth(barycenter_weight=w).vertices for w in WEIGHTS]
+    result = prepared.smooth()
+    assert across(result.vertices, clean) < 1.15 * min(across(X, clean) for X in best)
+    # the difference of two numbers of the noise's size
+    estimated = result.estimated_error / edge_of(*clean)
+    assert estimated == pytest.approx(across(result.vertices, clean), rel=0.35, abs=0.11 * level)
+
+
+@BOTH
+def test_normals_get_better_than_with_the_choice_for_positions(clean):
+    V, F = noisy(clean, 0.3)
+    position, normals = (mss.smooth(V, F, favor=favor) for favor in automatic.FAVORS)
+    assert normals.barycenter_weight <= position.barycenter_weight
+    assert turned(normals.vertices, clean) < 1.02 * turned(position.vertices, clean)
+
+
+@BOTH
+def test_a_clean_mesh_is_left_almost_alone(clean):
+    result = mss.smooth(*clean)
+    assert result.displacement < 0.02 * edge_of(*clean)
+    assert result.noise.kind == "none"
+    assert result.warning is None
+
+
+def test_impulses_are_drawn_in_first():
+    V, F = TORUS
+    edge = edge_of(V, F)
+    rough = V + NORMALS * (edge * impulses(np.random.default_rng(3), len(V)))[:, None]
+    result = mss.smooth(rough, F)
+    best = min(across(mss.smooth(rough, F, barycenter_weight=w).vertices, TORUS) for w in WEIGHTS)
+    assert result.noise.kind == "impulse"
+    assert across(result.vertices, TORUS) < best
+    assert result.displacement == pytest.approx(np.sqrt(((result.vertices - rough) ** 2).sum(axis=1).mean()))
+
+
+def test_what_cannot_be_told_is_said():
+    for kind, V in kinds():
+        result = mss.smooth(V, TORUS[1])
+        assert (result.warning is not None) == (kind == "correlated")
+        assert across(result.vertices, TORUS) < 0.8 * across(V, TORUS)
+
+
+def correlated_sheet():
+    V, F = sheet(60, 50)
+    V = V * [1, 1, 0]
+    L = mss.prepare(V, F).L
+    field = np.random.default_rng(7).standard_normal((len(V), 3))
+    for _ in range(3):
+        field -= 6 / 7 * (L @ field)
+    return V + [0, 0, 0.3] * (field[:, :1] / field[:, :1].std()), F, V
+
+
+def test_a_rim_moves_across_the_surface_where_neighbours_share_the_noise():
+    V, F, clean = correlated_sheet()
+    result, held = mss.smooth(V, F), mss.smooth(V, F, boundary="fixed")
+    rim = mss.prepare(V, F).rim.vertices
+    assert result.noise.kind == "correlated"
+    assert np.array_equal(held.vertices[rim], V[rim])
+    moved = result.vertices[rim] - V[rim]
+    assert np.abs(moved[:, 2]).mean() > 2 * np.linalg.norm(moved[:, :2], axis=1).mean()
+    assert np.abs(result.vertices[rim, 2] - clean[rim, 2]).mean() < np.abs(V[rim, 2] - clean[rim, 2]).mean()
+    # with a given weight it is held
+    given = mss.smooth(V, F, barycenter_weight=0.3).vertices
+    assert np.array_equal(given, mss.smooth(V, F, barycenter_weight=0.3, boundary="fixed").vertices)
+
+
+def test_large_meshes_are_judged_by_patches(monkeypatch):
+    V, F = noisy(BOX, 0.2)
+    whole = mss.smooth(V, F)
+    monkeypatch.setattr(automatic, "_WHOLE", 1000)
+    monkeypatch.setattr(automatic, "_PATCH", 700)
+    patches = mss.smooth(V, F)
+    assert patches.noise.level == pytest.approx(whole.noise.level, rel=0.1)
+    assert across(patches.vertices, BOX) < 1.1 * across(whole.vertices, BOX)
+
+
+def test_the_choice_scales_and_repeats_to_the_bit():
+    V, F = noisy(TORUS, 0.2)
+    one, again, scaled = mss.smooth(V, F), mss.smooth(V, F), mss.smooth(V * 2.0**20, F)
+    assert np.array_equal(one.vertices, again.vertices)
+    assert np.array_equal(scaled.vertices, one.vertices * 2.0**20)
+    assert scaled.noise.level == one.noise.level * 2.0**20
+    assert scaled.estimated_error == one.estimated_error * 2.0**20
+
+
+def test_a_given_weight_is_taken_and_nothing_is_measured():
+    V, F = noisy(torus(), 0.2)
+    result = mss.smooth(V, F, barycenter_weight=0.5)
+    assert (result.barycenter_weight, result.noise, result.estimated_error, result.warning) == (0.5, None, None, None)
+
+
+def test_an_unknown_favor_is_refused():
+    with pytest.raises(mss.InvalidParameter, match="favor is 'speed'"):
+        mss.smooth(*TORUS, favor="speed")
