@@ -25,6 +25,7 @@ from scipy.sparse import csr_array, diags_array
 
 from meshlab_specsmooth.errors import InvalidParameter, check_name
 from meshlab_specsmooth.graph.faces import FaceGraph, FaceKernels, face_graph, face_kernels
+from meshlab_specsmooth.memory import require
 from meshlab_specsmooth.smoothing import Prepared, assemble
 from meshlab_specsmooth.spectral.progress import Progress, part
 from meshlab_specsmooth.surface import (
@@ -32,11 +33,6 @@ from meshlab_specsmooth.surface import (
     Floats,
     Integers,
     Surface,
-    boundary_vertices,
-    is_closed,
-    mean_edge_length,
-    signed_volume,
-    vertex_normals,
 )
 
 FAVORS = ("position", "normals")
@@ -44,11 +40,10 @@ STARTS = ("given", "smoothed")
 
 # Width of the weights in space, in mean distances of neighbouring centroids: the ring of faces around one counts.
 _SPATIAL_WIDTH = 1.5
-_REWEIGHTINGS = 2
 _SWEEPS = 15
 # The solve is cut short where the normals are off by less than a thousandth: they are re-estimated in the next pass.
 _SOLVED_TO = 1e-3
-_MOST_ITERATIONS = 12
+_MOST_ITERATIONS = 6
 # By so much the noise is taken for higher where normals matter more than positions: what error of position estimates
 # do not see is the short waves, which the normals are made of.
 _FAVORING_NORMALS = 1.4
@@ -58,6 +53,12 @@ _PROBE = 0.5
 _MOST_PASSES = 6
 # Where a call stands when the operators are made, and when the setting is chosen
 _BUILT, _CHOSEN = 0.1, 0.6
+# The guide's weight suits noise alone; where the shape has short waves too, it is held more firmly.
+_FIRMER = 1.4
+# Noise of a millionth of an edge is no more than rounding makes; there is nothing to smooth then.
+_ROUNDING = 1e-6
+# What a call takes at its peak, with room to spare: 600 were measured at two million faces with the compiled kernels
+_BYTES_PER_FACE = 900
 _MOST_REPAIRS = 10  # of turned faces
 # Where the search ends: below, a pass changes nothing; above, one pass flattens what a ring of faces spans.
 _STRENGTHS = (0.02, 8.0)
@@ -85,12 +86,15 @@ class Setting:
         Standard deviation of the weights over the distance of unit normals.
     passes : int
         0 is the isotropically smoothed surface.
+    barycenter_weight : float
+        w of the isotropic filter, which the first pass is guided by or starts from.
     """
 
     start: str
     strength: float
     range_width: float
     passes: int
+    barycenter_weight: float
 
 
 @dataclass(frozen=True)
@@ -122,7 +126,8 @@ class EdgeAwareResult:
     considered : tuple of Considered
         All settings that were tried, best first.
     flips : int
-        Faces of the result that look away from where the smoothed surface's do by more than 90 degrees.
+        Faces of the result that look away by more than 90 degrees from where the smoothed surface's do, or from where
+        their neighbours do.
     volume_change : float
         In per cent; NaN of an open surface.
     displacement : float
@@ -241,12 +246,11 @@ class _Fixed:
     range_width: float | None
     passes: int | None
 
-    @property
-    def setting(self) -> Setting | None:
+    def setting(self, weight: float) -> Setting | None:
         """The setting, if nothing is left to be chosen."""
         if self.strength is None or self.range_width is None or self.passes is None:
             return None
-        return Setting("given", self.strength, self.range_width, self.passes)
+        return Setting("given", self.strength, self.range_width, self.passes, weight)
 
 
 def _check(favor: str, strength: float | None, range_width: float | None, passes: int | None) -> None:
@@ -285,8 +289,31 @@ class _Mesh:
 def _mesh(V: Floats, F: Integers, counts: Booleans) -> _Mesh:
     graph = face_graph(F, len(V))
     pull = 1.0 / np.maximum(np.diff(graph.vertex_indptr), 1)
-    rim = boundary_vertices(Surface(V, F))
-    return _Mesh(V, F, graph, face_kernels(graph), pull, rim, counts, assemble(V, F, "uniform"))
+    isotropic = assemble(V, F, "uniform")
+    rim = np.zeros(len(V), dtype=np.bool_)
+    if isotropic.rim is not None:
+        rim[isotropic.moving[isotropic.rim.vertices]] = True
+    return _Mesh(V, F, graph, face_kernels(graph), pull, rim, counts, isotropic)
+
+
+def _mean_side(V: Floats, F: Integers) -> float:
+    """Mean length of the faces' sides."""
+    return float(np.mean([np.sqrt(((V[F[:, k]] - V[F[:, k - 1]]) ** 2).sum(axis=1)).mean() for k in range(3)]))
+
+
+def _normals(mesh: _Mesh, V: Floats) -> Floats:
+    """(n, 3) unit normals of the vertices, the mean over their faces weighted by area."""
+    _, normal, area = mesh.kernels.frames(V)
+    graph = mesh.graph
+    ones = np.ones(len(graph.vertex_faces))
+    at = csr_array((ones, graph.vertex_faces, graph.vertex_indptr), shape=(graph.order, graph.size))
+    return _unit(at @ (normal * area[:, None]))
+
+
+def _volume(mesh: _Mesh, V: Floats) -> float:
+    """Signed, in cubed mean edges; means something of a closed surface."""
+    centre, normal, area = mesh.kernels.frames(V - V.mean(axis=0))
+    return float(np.einsum("ij,ij,i->", centre, normal, area) / 6)
 
 
 def _isotropic(mesh: _Mesh, V: Floats, weight: float) -> Floats:
@@ -299,7 +326,7 @@ def _isotropic(mesh: _Mesh, V: Floats, weight: float) -> Floats:
     moved = replace(prepared, surface=Surface(V, mesh.F), positions=prepared.positions + shift)
     X = moved.smooth(barycenter_weight=weight, boundary="free").vertices
     if mesh.rim.any():
-        n = vertex_normals(Surface(X, mesh.F))[mesh.rim]
+        n = _normals(mesh, X)[mesh.rim]
         step = (X - V)[mesh.rim]
         X[mesh.rim] = V[mesh.rim] + n * (n * step).sum(axis=1)[:, None]
     return X
@@ -317,18 +344,16 @@ def _unit(X: Floats) -> Floats:
 def _low_pass(
     kernels: FaceKernels, centre: Floats, N: Floats, area: Floats, guide: Floats, strength: float, range_width: float
 ) -> Floats:
-    """Unit normals (A + t L_w)^-1 A N; the weights are re-estimated from the outcome."""
+    """Unit normals (A + t L_w)^-1 A N."""
     # the mean centroids of two equilateral triangles of edge 1 on an edge are 1 / sqrt(3) apart
     near = 1.5 / _SPATIAL_WIDTH**2
     alike = 0.5 / range_width**2
     # a face of no area has no normal, but passes on those of its neighbours
     a = np.maximum(area / max(area.mean(), np.finfo(float).tiny), 1e-9)
     root = np.sqrt(a)
-    for _ in range(_REWEIGHTINGS):
-        weight, degree = kernels.weigh(centre, guide, root, near, alike)
-        diagonal = a + strength * degree
-        guide = _unit(kernels.solve(weight, diagonal, strength, a[:, None] * N, guide, _SOLVED_TO, _MOST_ITERATIONS))
-    return guide
+    weight, degree = kernels.weigh(centre, guide, root, near, alike)
+    diagonal = a + strength * degree
+    return _unit(kernels.solve(weight, diagonal, strength, a[:, None] * N, guide, _SOLVED_TO, _MOST_ITERATIONS))
 
 
 def _passes(
@@ -379,12 +404,18 @@ class _Noise:
 _CORRELATED_OVER = 8  # steps of the lazy walk
 
 
+def _averaged(mesh: _Mesh, X: Floats) -> Floats:
+    """P X, the mean over each vertex' neighbours; the isotropic filter's operators have an order of their own."""
+    L, order = mesh.isotropic.L, mesh.isotropic.moving
+    Y = np.empty_like(X)
+    Y[order] = (L.graph.adjacency() @ X[order]) / L.graph.degree
+    return Y
+
+
 def _walk(mesh: _Mesh, X: Floats, steps: int) -> Floats:
     """Steps of the lazy walk (I + P) / 2 = I - L / 2."""
-    L = mesh.isotropic.L
-    A = L.graph.adjacency()
     for _ in range(steps):
-        X = 0.5 * X + 0.5 * (A @ X) / L.graph.degree
+        X = (X + _averaged(mesh, X)) / 2
     return X
 
 
@@ -421,15 +452,17 @@ def _high_pass(mesh: _Mesh, X: Floats, normals: Floats) -> tuple[Floats, Boolean
     inside = mesh.counts & ~mesh.rim
     if not inside.any():
         inside = np.ones_like(inside)
-    A = mesh.isotropic.L.graph.adjacency()
-    d = mesh.isotropic.L.graph.degree
     for _ in range(2):
-        X = X - (A @ X) / d
-    root = np.sqrt(_row_squares(A, d))[inside]
+        X = X - _averaged(mesh, X)
+    root = np.empty(len(X))
+    root[mesh.isotropic.moving] = np.sqrt(_row_squares(mesh.isotropic))
+    root = root[inside]
     return (X * normals).sum(axis=1)[inside] / root, inside
 
 
-def _row_squares(A: csr_array, d: Floats) -> Floats:
+def _row_squares(isotropic: Prepared) -> Floats:
+    """Sums of the squares of the rows of L^2, in the order of its vertices."""
+    A, d = isotropic.L.graph.adjacency(), isotropic.L.graph.degree
     P = (diags_array(1 / d[:, 0]) @ A).tocsr()
     L = (diags_array(np.ones(len(d))) - P).tocsr()
     twice = (L @ L).tocsr()
@@ -440,7 +473,7 @@ def _row_squares(A: csr_array, d: Floats) -> Floats:
 _COLOURED = 1.1
 # The fourth moment of Gaussian noise is 3, of a tenth of impulses ten or more
 _HEAVY_TAILED = 3.6
-_TRIAL = Setting("given", 2.0, 0.25, 2)
+_TRIAL = Setting("given", 2.0, 0.25, 2, 1.0)
 
 
 def _noise(mesh: _Mesh, normals: Floats, median: float, trial: Callable[[], Floats]) -> _Noise:
@@ -473,9 +506,10 @@ def _coloured(mesh: _Mesh, normals: Floats, inside: Booleans) -> _Noise | None:
         share[k] = np.sqrt((_band(mesh, smooth, k)[inside] ** 2).mean()) / unit
         z = (_band(mesh, mesh.V, k) * normals).sum(axis=1)[inside] / unit
         level[k] = float(np.median(np.abs(z)) / _GAUSSIAN)
-    # shape falls by a factor of three or more from one band to the next finer one; noise does not
-    second, third = (level[k] ** 2 - (level[8] / falls) ** 2 for k, falls in ((2, 9), (4, 3)))
-    if second < (_COLOURED * level[1]) ** 2:
+    # shape falls by a factor of six from the fourth band to the second, and of three from the eighth to the fourth
+    # or by more (measured on clean surfaces); noise falls more slowly, whatever is left when that is taken off is noise
+    second, third = (level[k] ** 2 - (level[2 * k] / falls) ** 2 for k, falls in ((2, 6), (4, 3)))
+    if second < (_COLOURED * level[1]) ** 2 or third < 2 * second:
         return None
     # two bands, two unknowns; the finest bounds the white part
     correlated = max((third - second) / (share[4] ** 2 - share[2] ** 2), 0.0)
@@ -500,8 +534,14 @@ class _Search:
     noise: _Noise
     normals: Floats
     given: tuple[Floats, Floats]
-    smoothed: tuple[Floats, Floats]
     probe: Floats
+    guides: dict[float, list[Floats]]
+
+    def smoothed(self, weight: float) -> list[Floats]:
+        """The isotropically smoothed positions, with and without the probe; computed once for a weight."""
+        if weight not in self.guides:
+            self.guides[weight] = [_isotropic(self.mesh, V, weight) for V in self.given]
+        return self.guides[weight]
 
     def error(self, plain: Floats, probed: Floats) -> float:
         """Estimated mean squared error along the normals, in squared mean edges."""
@@ -515,12 +555,14 @@ class _Search:
         gain = level / variance if variance > 0 else 0.0
         return float((moved**2).mean() - level + 2 * gain * response.mean() / _PROBE)
 
-    def path(self, start: str, strength: float, range_width: float, passes: int | None) -> list[tuple[Setting, float]]:
+    def path(
+        self, start: str, strength: float, range_width: float, weight: float, passes: int | None
+    ) -> list[tuple[Setting, float]]:
         """Errors after 1, 2, ... passes, until they rise; or of the given number of passes alone."""
         with ThreadPoolExecutor(2) as pool:
             walks = [
                 _passes(self.mesh, given, smoothed, start, strength, range_width)
-                for given, smoothed in zip(self.given, self.smoothed, strict=True)
+                for given, smoothed in zip(self.given, self.smoothed(weight), strict=True)
             ]
             found: list[tuple[Setting, float]] = []
             for count in range(1, (passes or _MOST_PASSES) + 1):
@@ -528,50 +570,60 @@ class _Search:
                 if passes is not None and count < passes:
                     continue
                 error = self.error(plain, probed)
-                found.append((Setting(start, strength, range_width, count), error))
+                found.append((Setting(start, strength, range_width, count, weight), error))
                 if len(found) > 2 and error > found[-2][1] > found[-3][1]:
                     break
         return found
 
 
-def _coarse(fixed: _Fixed) -> list[tuple[str, float, float]]:
+_Key = tuple[str, float, float, float]  # start, strength, range width, weight
+
+
+def _coarse(fixed: _Fixed, weight: float) -> list[_Key]:
     """Where the search starts: hard and soft, sharp and organic."""
     settings = [
-        ("given", 0.4, 0.35),
-        ("given", 2.0, 0.2),
-        ("given", 2.0, 0.35),
-        ("smoothed", 0.1, 0.4),
-        ("smoothed", 0.4, 0.28),
+        ("given", 0.4, 0.35, 1.0),
+        ("given", 2.0, 0.2, 1.0),
+        ("given", 2.0, 0.35, 1.0),
+        ("smoothed", 0.1, 0.4, 1.0),
+        ("smoothed", 0.1, 0.4, _FIRMER),
+        ("smoothed", 0.4, 0.28, 1.0),
     ]
-    return list(dict.fromkeys((start, fixed.strength or t, fixed.range_width or width) for start, t, width in settings))
+    return list(
+        dict.fromkeys(
+            (start, fixed.strength or t, fixed.range_width or width, weight * firmer)
+            for start, t, width, firmer in settings
+        )
+    )
 
 
 def _searched(
-    search: _Search, fixed: _Fixed, with_isotropic: bool, progress: Progress | None
+    search: _Search, fixed: _Fixed, weight: float, with_isotropic: bool, progress: Progress | None
 ) -> list[tuple[Setting, float]]:
     """Settings and errors, best first: coarse, then the neighbours of the best as long as they are better."""
-    found: dict[tuple[str, float, float], list[tuple[Setting, float]]] = {}
+    found: dict[_Key, list[tuple[Setting, float]]] = {}
 
-    def look(key: tuple[str, float, float]) -> float:
+    def look(key: _Key) -> float:
         if key not in found:
             found[key] = search.path(*key, fixed.passes)
             if progress is not None:
                 progress(1 - 0.9 ** len(found))  # how many there will be is not known
         return min(error for _, error in found[key])
 
-    best = min(_coarse(fixed), key=look)
+    best = min(_coarse(fixed, weight), key=look)
     for ratio_t, ratio_width in ((2.0, 2**0.5), (2.0, 2**0.5), (2**0.5, 2**0.25)):
-        start, t, width = best
+        start, t, width, w = best
         around = [best]
         if fixed.strength is None:
-            around += [(start, x, width) for x in (t * ratio_t, t / ratio_t) if _STRENGTHS[0] <= x <= _STRENGTHS[1]]
+            around += [(start, x, width, w) for x in (t * ratio_t, t / ratio_t) if _STRENGTHS[0] <= x <= _STRENGTHS[1]]
         if fixed.range_width is None:
             widths = (width * ratio_width, width / ratio_width)
-            around += [(start, t, x) for x in widths if _RANGE_WIDTHS[0] <= x <= _RANGE_WIDTHS[1]]
+            around += [(start, t, x, w) for x in widths if _RANGE_WIDTHS[0] <= x <= _RANGE_WIDTHS[1]]
         best = min(around, key=look)
     rows = [row for path in found.values() for row in path]
     if with_isotropic:
-        rows.append((Setting("smoothed", 0.0, 0.0, 0), search.error(*search.smoothed)))
+        weights = (weight / _FIRMER, weight, weight * _FIRMER)
+        rows += [(Setting("smoothed", 0.0, 0.0, 0, w), search.error(*search.smoothed(w))) for w in weights]
     return sorted(rows, key=lambda row: row[1])
 
 
@@ -580,7 +632,8 @@ def _denoised(
 ) -> EdgeAwareResult:
     """The whole of :func:`smooth_edge_aware` and :func:`denoise`."""
     V, F = surface.vertices, surface.faces
-    h = mean_edge_length(surface)
+    require(_BYTES_PER_FACE * len(F), f"smoothing {len(F)} faces")
+    h = _mean_side(V, F)
     used = np.zeros(len(V), dtype=np.bool_)
     used[F[(F[:, 0] != F[:, 1]) | (F[:, 1] != F[:, 2])].ravel()] = True
     if h == 0 or not used.any():
@@ -594,18 +647,21 @@ def _denoised(
     sample = mesh if len(G) <= _SEARCHED_FACES else _pieces(mesh)
     report = progress or (lambda _: None)
     report(_BUILT)
-    noise, weight, rows = _chosen(sample, favor, fixed, with_isotropic, part(progress, _BUILT, _CHOSEN - _BUILT))
+    noise, rows = _chosen(sample, favor, fixed, with_isotropic, part(progress, _BUILT, _CHOSEN - _BUILT))
     report(_CHOSEN)
+    if noise.level <= _ROUNDING and fixed.setting(1.0) is None:
+        return _untouched(surface, begin)
     setting, error = rows[0]
-    smoothed = _isotropic(mesh, X, weight)
+    smoothed = _isotropic(mesh, X, setting.barycenter_weight)
     Y = _filtered(mesh, X, smoothed, setting, part(progress, _CHOSEN, 1 - _CHOSEN))
     Y, flips = _unflipped(mesh, Y, smoothed)
+    volume = 0.0 if mesh.rim.any() else _volume(mesh, X)
+    if volume:
+        Y = _with_volume(mesh, Y, volume, noise.level)
     result = V.copy()
     step = (Y - X) * h
     result[moving] += step
-    done = Surface(result, F)
     report(1.0)
-    volume = signed_volume(surface) if is_closed(surface) else 0.0
     return EdgeAwareResult(
         vertices=result,
         noise=noise.level * h,
@@ -614,11 +670,11 @@ def _denoised(
         strength=setting.strength,
         range_width=setting.range_width,
         passes=setting.passes,
-        barycenter_weight=weight,
+        barycenter_weight=setting.barycenter_weight,
         error=_root(error) * h,
         considered=tuple(Considered(each, _root(estimate) * h) for each, estimate in rows),
         flips=flips,
-        volume_change=100 * (signed_volume(done) - volume) / abs(volume) if volume else np.nan,
+        volume_change=100 * (_volume(mesh, Y) - volume) / abs(volume) if volume else np.nan,
         displacement=float(np.sqrt((step**2).sum() / len(V))),
         kernels=mesh.kernels.name,
         seconds=time.perf_counter() - begin,
@@ -632,28 +688,27 @@ def _root(squared: float) -> float:
 
 def _chosen(
     mesh: _Mesh, favor: str, fixed: _Fixed, with_isotropic: bool, progress: Progress | None
-) -> tuple[_Noise, float, list[tuple[Setting, float]]]:
-    """The noise, the guide's weight, and settings with their errors, best first."""
-    rough = vertex_normals(Surface(_isotropic(mesh, mesh.V, 0.4), mesh.F))
+) -> tuple[_Noise, list[tuple[Setting, float]]]:
+    """The noise, and settings with their errors, best first."""
+    rough = _normals(mesh, _isotropic(mesh, mesh.V, 0.4))
     median = _median_level(mesh, rough)
     smoothed = _isotropic(mesh, mesh.V, guide_weight(median))
-    normals = vertex_normals(Surface(smoothed, mesh.F))
+    normals = _normals(mesh, smoothed)
     noise = _noise(mesh, normals, median, lambda: _filtered(mesh, mesh.V, smoothed, _TRIAL))
     if favor == "normals":
         noise = _Noise(noise.kind, noise.white * _FAVORING_NORMALS, noise.correlated * _FAVORING_NORMALS)
     weight = guide_weight(noise.level)
-    setting = fixed.setting
+    setting = fixed.setting(weight)
     if setting is not None:
-        return noise, weight, [(setting, np.nan)]
+        return noise, [(setting, np.nan)]
     probe = normals * _drawn(mesh, noise, seed=5)
     given = (mesh.V, mesh.V + _PROBE * probe)
-    guides = [_isotropic(mesh, V, weight) for V in given]
-    search = _Search(mesh, noise, normals, given, (guides[0], guides[1]), probe)
-    return noise, weight, _searched(search, fixed, with_isotropic, progress)
+    search = _Search(mesh, noise, normals, given, probe, {})
+    return noise, _searched(search, fixed, weight, with_isotropic, progress)
 
 
 def _untouched(surface: Surface, begin: float) -> EdgeAwareResult:
-    """For surfaces without an edge of any length."""
+    """For surfaces without an edge of any length, or without noise."""
     return EdgeAwareResult(
         vertices=surface.vertices.copy(),
         noise=0.0,
@@ -675,7 +730,6 @@ def _untouched(surface: Surface, begin: float) -> EdgeAwareResult:
 
 def _unflipped(mesh: _Mesh, Y: Floats, smoothed: Floats) -> tuple[Floats, int]:
     """The vertices, those of turned faces drawn towards their neighbours; and how many faces stay turned."""
-    A, d = mesh.isotropic.L.graph.adjacency(), mesh.isotropic.L.graph.degree
     turned = _turned(mesh, Y, smoothed)
     for _ in range(_MOST_REPAIRS):
         if not turned.any():
@@ -683,7 +737,7 @@ def _unflipped(mesh: _Mesh, Y: Floats, smoothed: Floats) -> tuple[Floats, int]:
         corners = np.unique(mesh.F[turned])
         corners = corners[~mesh.rim[corners]]
         moved = Y.copy()
-        moved[corners] += ((A[corners] @ Y) / d[corners] - Y[corners]) / 2
+        moved[corners] += (_around(mesh, Y, corners) - Y[corners]) / 2
         now = _turned(mesh, moved, smoothed)
         if now.sum() > turned.sum():
             break
@@ -691,8 +745,32 @@ def _unflipped(mesh: _Mesh, Y: Floats, smoothed: Floats) -> tuple[Floats, int]:
     return Y, int(turned.sum())
 
 
+def _around(mesh: _Mesh, Y: Floats, vertices: npt.NDArray[np.integer]) -> Floats:
+    """The mean of the centroids of the faces at each of some vertices."""
+    graph = mesh.graph
+    ones = np.ones(len(graph.vertex_faces))
+    at = csr_array((ones, graph.vertex_faces, graph.vertex_indptr), shape=(graph.order, graph.size))
+    return np.asarray((at[vertices] @ mesh.kernels.frames(Y)[0]) * mesh.pull[vertices, None])
+
+
+def _with_volume(mesh: _Mesh, Y: Floats, given: float, level: float) -> Floats:
+    """``Y`` moved along its normals, all vertices by the same, so that its volume is that given.
+
+    Noise does not change a volume in the mean, so that of the given surface is the best known. Where that takes more
+    than a noise level, the volume means nothing (faces turned this way and that), and ``Y`` stays.
+    """
+    area = mesh.kernels.frames(Y)[2].sum() / 2
+    step = (given - _volume(mesh, Y)) / area if area > 0 else 0.0
+    return Y + step * _normals(mesh, Y) if abs(step) <= level else Y
+
+
 def _turned(mesh: _Mesh, Y: Floats, smoothed: Floats) -> Booleans:
-    return np.asarray((mesh.kernels.frames(Y)[1] * mesh.kernels.frames(smoothed)[1]).sum(axis=1) < 0)
+    """Faces that look away from where the smoothed surface's do, or from where their neighbours do."""
+    across = mesh.kernels.frames(Y)[1]
+    graph = mesh.graph
+    around = csr_array((np.ones(len(graph.indices)), graph.indices, graph.indptr), shape=(graph.size, graph.size))
+    away = np.asarray((across * mesh.kernels.frames(smoothed)[1]).sum(axis=1) < 0)
+    return np.asarray(away | ((across * (around @ across)).sum(axis=1) < 0), dtype=np.bool_)
 
 
 # ---------------------------------------------------------------------------------------------------------------------

@@ -31,6 +31,11 @@ def ms():
     return meshset.new(*MESH)
 
 
+def enum_of(name):
+    """A parameter of a filter that has two names to choose from."""
+    return next(p for p in descriptors.load(name).parameters if len(p.values) == 2)
+
+
 def words_of(error, native, ours):
     """What a filter of pymeshlab's says, as ours would have to say it."""
     return str(error.value).replace(native, ours)
@@ -70,18 +75,22 @@ def test_enums_go_by_name_or_by_number(ms):
     [
         ({"nodes": 3}, pymeshlab.PyMeshLabException, r"Parameter nodes not found for filter NAME\. Please check"),
         (
-            {"laplacian": "graph"},
+            {"ENUM": "graph"},
             pymeshlab.InvalidEnumException,
-            "Enum 'graph' not found. Possible values are 'uniform'",
+            "Enum 'graph' not found. Possible values are 'FIRST'",
         ),
-        ({"laplacian": 2}, pymeshlab.InvalidEnumException, "Enum 2 not valid. Must be a value between 0 and 2"),
-        ({"laplacian": 1.5}, RuntimeError, "Unable to cast Python instance of type <class 'float'>"),
-        ({"laplacian": 1.5}, pymeshlab.PyMeshLabException, "laplacian"),
+        ({"ENUM": 2}, pymeshlab.InvalidEnumException, "Enum 2 not valid. Must be a value between 0 and 2"),
+        ({"ENUM": 1.5}, RuntimeError, "Unable to cast Python instance of type <class 'float'>"),
+        ({"ENUM": 1.5}, pymeshlab.PyMeshLabException, "ENUM"),
     ],
 )
 def test_bad_parameters_are_refused_in_meshlab_s_words_and_the_meshset_stays(ms, name, given, error, words):
     before = state.of_meshset(ms)
-    with pytest.raises(error, match=words.replace("NAME", name)):
+    enum = enum_of(name)
+    given = {parameter.replace("ENUM", enum.name): value for parameter, value in given.items()}
+    for place, word in (("NAME", name), ("ENUM", enum.name), ("FIRST", enum.values[0])):
+        words = words.replace(place, word)
+    with pytest.raises(error, match=words):
         filters.apply(ms, name, **given)
     assert state.differences(before, state.of_meshset(ms)) == []
 
@@ -209,7 +218,8 @@ def test_a_verbose_meshset_tells_of_our_filters_as_of_its_own(name, capfd):
     filters.apply(ms, name)
     told = capfd.readouterr()
     assert told.out.startswith(f"\nApplying filter {name} with the following parameters:\n{{")
-    assert "'laplacian': 'uniform'" in told.out
+    enum = enum_of(name)
+    assert f"{enum.name!r}: {enum.default!r}" in told.out
     assert told.out.count("Applying filter") == 1
     assert told.err == ""
     ms.set_verbosity(False)

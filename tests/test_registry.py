@@ -14,6 +14,7 @@ import pymeshlab
 import pytest
 
 import meshlab_specsmooth as mss
+from meshlab_specsmooth import descriptors
 from meshlab_specsmooth.bridge import filters
 from tests.meshes import rough, torus
 
@@ -64,11 +65,13 @@ def test_threads_may_register_at_once():
 
 @pytest.mark.parametrize("name", filters.FILTERS)
 def test_each_filter_is_called_in_all_the_ways_of_a_native_one(registered, name):
+    enum = next(parameter for parameter in descriptors.load(name).parameters if parameter.values)
+    given = {enum.name: enum.values[-1]}
     results = []
     for call in (
-        lambda ms: getattr(ms, name)(laplacian="cotangent"),
-        lambda ms: ms.apply_filter(name, laplacian="cotangent"),
-        lambda ms: filters.FILTERS[name](ms, laplacian="cotangent"),
+        lambda ms: getattr(ms, name)(**given),
+        lambda ms: ms.apply_filter(name, **given),
+        lambda ms: filters.FILTERS[name](ms, **given),
     ):
         ms = pymeshlab.MeshSet()
         ms.add_mesh(pymeshlab.Mesh(*MESH))
