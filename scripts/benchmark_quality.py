@@ -269,13 +269,18 @@ def draw(pair: Pair, rows: "Sequence[Row]", methods: "Sequence[Contender]", plac
     picture(place, panels, [front(pair.truth)])
 
 
-def install(packages: "Sequence[str]") -> None:
-    """Those that are missing; one that cannot be installed is a row that fails, and no more."""
-    for package in packages:
-        if importlib.util.find_spec(package.split(">")[0]) is None:
-            command = [sys.executable, "-m", "pip", "--disable-pip-version-check", "install", "--quiet", package]
+def install(packages: "dict[str, str]") -> None:
+    """Those whose modules are missing; what cannot be installed is a row that fails, and no more.
+
+    Into a folder of their own, and searched last: what they bring along must not get in the way of the package's tests.
+    """
+    folder = bootstrap.ENVIRONMENT / "peers"
+    sys.path.append(str(folder))
+    for module, package in packages.items():
+        if importlib.util.find_spec(module) is None:
             print(f"installing {package} ...", flush=True)
-            subprocess.run(command, check=False)
+            pip = [sys.executable, "-m", "pip", "--disable-pip-version-check", "install", "--quiet"]
+            subprocess.run([*pip, "--upgrade", "--target", str(folder), package], check=False)
 
 
 def arguments() -> argparse.Namespace:
@@ -288,10 +293,12 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--out", metavar="DIR", type=Path, default=Path("benchmark"), help="(default: benchmark)")
     parser.add_argument("--reference", metavar="FILE", type=Path, help="keep what was tuned in it, and take it from it")
     parser.add_argument("--vertices", metavar="N", type=int, default=6000, help="of pairs made in code (default: 6000)")
-    parser.add_argument("--small", action="store_true", help="two pairs of 600 vertices, two values of each parameter")
+    parser.add_argument(
+        "--small", action="store_true", help="two values of each parameter, on two made pairs of 600 vertices"
+    )
     parser.add_argument("--no-pictures", action="store_true", help="tables only")
     given = parser.parse_args()
-    if given.small:
+    if given.small and not given.pairs:
         given.vertices, given.only = 600, given.only or ["block_gaussian_0.3", "relief_quantised_0.5"]
     return given
 

@@ -97,7 +97,7 @@ MESHLAB = [
         "MeshLab",
         taubin,
         {"lambda_": 0.5, "pass_band": 2 - 1 / 0.53, "steps": 10},
-        {"lambda_": (0.5, 0.7), "pass_band": (0.03, 0.1, 0.2), "steps": (2, 5, 10, 20, 40, 80, 160)},
+        {"lambda_": (0.5, 0.7), "pass_band": (0.01, 0.03, 0.1, 0.2), "steps": (2, 5, 10, 20, 40, 80, 160)},
     ),
     Contender("HC", "MeshLab", meshlab("apply_coord_hc_laplacian_smoothing"), {}, {"times": (1, 2, 3, 5, 8, 13, 20)}),
     Contender(
@@ -163,7 +163,8 @@ OURS = [
 
 # --- of other packages, on demand ---
 
-PEER_PACKAGES = ("trimesh>=4", "open3d>=0.18", "meshlib>=3")
+# module: what pip is asked for
+PEER_PACKAGES = {"trimesh": "trimesh>=4", "open3d": "open3d>=0.18", "meshlib": "meshlib>=3"}
 
 
 def windowed_sinc(vertices: Floats, faces: Integers, **setting: Any) -> Floats:
@@ -187,9 +188,9 @@ def open3d(name: str) -> Run:
     def run(vertices: Floats, faces: Integers, **setting: Any) -> Floats:
         import open3d
 
-        mesh = open3d.geometry.TriangleMesh(
-            open3d.utility.Vector3dVector(vertices), open3d.utility.Vector3iVector(faces)
-        )
+        # of copies: it takes no read-only arrays
+        places, corners = open3d.utility.Vector3dVector(vertices.copy()), open3d.utility.Vector3iVector(faces.copy())
+        mesh = open3d.geometry.TriangleMesh(places, corners)
         return np.array(getattr(mesh, name)(**setting).vertices)
 
     return run
@@ -248,7 +249,7 @@ PEERS = [
         "peer",
         meshlib,
         {},
-        {"beta": (0.001, 0.01, 0.1), "gamma": (1.0, 5.0, 20.0), "normalIters": (10,), "pointIters": (5, 20)},
+        {"beta": (0.001, 0.01, 0.1), "gamma": (5.0, 20.0, 80.0), "normalIters": (10,), "pointIters": (5, 20)},
     ),
 ]
 

@@ -21,10 +21,9 @@ def block(vertices: int) -> Surface:
     return remeshed(cut(box((2, 1.4, 1)), rod(0.35, 2.0)), vertices)
 
 
-def bracket(vertices: int) -> Surface:
-    """Sharp: an L with a slanted rib, so that edges of several angles meet."""
-    solid = joined(joined(box((2, 0.4, 1)), box((0.4, 1.6, 1), (-0.8, 0.6, 0))), turned(box((1.1, 0.25, 0.5)), 40))
-    return remeshed(solid, vertices)
+def star(vertices: int) -> Surface:
+    """Sharp: a bar whose section is a star, so that ridges and grooves of several angles meet."""
+    return remeshed(rod(np.array([1.0, 0.45, 0.8, 0.6, 1.0, 0.4, 0.9, 0.45, 0.7, 0.55]), 0.7), vertices)
 
 
 def capsule_block(vertices: int) -> Surface:
@@ -103,7 +102,7 @@ SHAPES: "dict[str, Callable[[int], Surface]]" = {
     f.__name__: f
     for f in (
         block,
-        bracket,
+        star,
         capsule_block,
         torus,
         bumps,
@@ -124,8 +123,8 @@ PAIRS = {
         ("block", "gaussian", 0.1),
         ("block", "gaussian", 0.3),
         ("block", "impulses", 1.0),
-        ("bracket", "gaussian", 0.5),
-        ("bracket", "along_normals", 0.3),
+        ("star", "gaussian", 0.5),
+        ("star", "along_normals", 0.3),
         ("capsule_block", "gaussian", 0.2),
         ("capsule_block", "correlated", 0.2),
         ("torus", "gaussian", 0.3),
@@ -169,8 +168,10 @@ def ball(radius: float, centre: "tuple[float, float, float]" = (0, 0, 0)) -> Sur
     return Surface(surface.vertices + centre, surface.faces)
 
 
-def rod(radius: float, length: float, sides: int = 96) -> Surface:
-    """A round bar along z."""
+def rod(radius: "float | Floats", length: float, sides: int = 96) -> Surface:
+    """A bar along z, round or with a radius for each side."""
+    radius = np.broadcast_to(radius, np.size(radius) if np.size(radius) > 1 else sides)
+    sides = len(radius)
     t = 2 * np.pi * np.arange(sides) / sides
     rim = np.stack([radius * np.cos(t), radius * np.sin(t), np.full(sides, -length / 2)], axis=1)
     ends = np.array([[0, 0, -length / 2], [0, 0, length / 2]])
@@ -180,12 +181,6 @@ def rod(radius: float, length: float, sides: int = 96) -> Surface:
     walls = [np.stack([a, b, b + sides], axis=1), np.stack([a, b + sides, a + sides], axis=1)]
     caps = [np.stack([low, b, a], axis=1), np.stack([high, a + sides, b + sides], axis=1)]
     return Surface(V, np.concatenate(walls + caps))
-
-
-def turned(surface: Surface, degrees: float) -> Surface:
-    """Turned about z."""
-    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
-    return Surface(surface.vertices @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]), surface.faces)
 
 
 def cut(one: Surface, other: Surface) -> Surface:
