@@ -69,7 +69,8 @@ class ErrorEstimate:
     vertices : (n, 3) float64
         What the filter made of the surface.
     risks : tuple of float
-        By each probe: of two filters that had the same probes, the difference is known better than either.
+        By each probe, NaN where one was left out. Of two filters that had the same probes, the difference is known
+        better than either.
     """
 
     error: float
@@ -183,24 +184,30 @@ class PreparedError:
         """(k,) n . (Y - X) at the moving vertices, in mesh units, for (n, 3) vertices X and Y."""
         return np.asarray(((Y[self.moving] - X[self.moving]) * self.normals).sum(axis=1))
 
-    def estimate(self, result: Floats, perturbed: Sequence[Floats]) -> ErrorEstimate:
+    def estimate(self, result: Floats, perturbed: Sequence[Floats | None]) -> ErrorEstimate:
         """The estimate for a filter that made ``result`` of the surface.
 
         Parameters
         ----------
         result : (n, 3) float64
         perturbed : sequence of (n, 3) float64
-            What it made of :meth:`perturbed`, or of the first few; none where there is no noise.
+            What it made of :meth:`perturbed`, or of the first few, None for those that are to be left out; an empty
+            sequence where there is no noise.
         """
         moved = float((self._scaled(self.surface.vertices, result) ** 2).mean()) if len(self.moving) else 0.0
         risks = []
         for i, z in enumerate(self.draws.T[: max(len(perturbed), 1)]):
-            kept = float((z * self._scaled(result, perturbed[i])).mean()) / _SHARE if i < len(perturbed) else 0.0
+            again = perturbed[i] if i < len(perturbed) else result
+            if again is None:
+                risks.append(np.nan)
+                continue
+            kept = float((z * self._scaled(result, again)).mean()) / _SHARE if len(z) else 0.0
             # the level is known better than that of a draw
             square = float((z**2).mean()) if len(z) else 0.0
             risks.append(moved + (self.level**2 / square if square > 0 else 0.0) * (2 * kept - square))
-        risk, probes, unit = float(np.mean(risks)), len(risks), self.exponent
-        scatter = float(np.std(risks, ddof=1) / np.sqrt(probes)) if probes > 1 else float("nan")
+        used = [risk for risk in risks if np.isfinite(risk)]
+        risk, probes, unit = float(np.mean(used)) if used else float("nan"), len(used), self.exponent
+        scatter = float(np.std(used, ddof=1) / np.sqrt(probes)) if probes > 1 else float("nan")
         return ErrorEstimate(
             float(np.ldexp(np.sqrt(max(risk, 0.0)), unit)),
             float(np.ldexp(risk, 2 * unit)),
