@@ -347,7 +347,8 @@ def _reasons(found: Comparison) -> Iterable[str]:
         tuned = next((pair for pair in found.tuned if not pair[0].competitor.ours), None)
         if tuned is not None and best.competitor is not None and best.competitor.ours:
             error = tuned[1].values["estimated_error"]
-            yield f"At its best strength, {tuned[1].call} is {error:.3f} off ({_more(error, after)})."
+            more = _more(error, after)
+            yield f"With its strength tuned, the best that MeshLab gets is {error:.3f} ({more}): {tuned[1].call}."
         if found.level:
             yield f"As good within the uncertainty: {', '.join(row.name for row in found.level)}."
         yield _cost(best)

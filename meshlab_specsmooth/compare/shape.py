@@ -82,12 +82,12 @@ class Ruler:
         )
 
     def noise_left(self, result: Surface) -> float:
-        """Median |n . L^2 X| / (0.6745 r), r the norms of the rows of L^2, n the result's normals; in mean edges.
+        """Median |n . L^2 X| / (0.6745 r), r the norms of the rows of L^2, n the averaged normals; in mean edges.
 
         White noise of standard deviation s along the normals gives s, smooth shape next to nothing (Donoho, Johnstone,
         *Ideal spatial adaptation by wavelet shrinkage*, 1994, for the median).
         """
-        along = ((self.twice @ result.vertices) * vertex_normals(result)).sum(axis=1)[self.used]
+        along = ((self.twice @ result.vertices) * self.normals).sum(axis=1)[self.used]
         return float(np.median(np.abs(along))) / _MEDIAN / self.edge
 
     def feature_loss(self, result: Surface) -> float:

@@ -187,6 +187,7 @@ def page(found: Comparison, recipe: str = "") -> str:
         curves=[safe(svg) for svg in plots.curves(found)],
         tuned=_tuned(found, painted),
         tuned_columns=_tuned_columns(found),
+        legend=[{"name": row.name, "colour": painted[row.name]} for row in found.rows if not row.failure],
         waves=[safe(svg) for svg in plots.waves(found)],
         calls=_calls(found),
         recipe=recipe,
@@ -410,7 +411,7 @@ def _panels(
         {
             "name": shape.name,
             "colour": plots.TRUTH if shape.row is None else painted[shape.name],
-            "caption": "" if shape.row is None else _caption(found, shape.row),
+            "caption": "" if shape.row is None else _caption(shape.row),
             "shown": i < _SHOWN,
             "picture": pictures[i] if i < len(pictures) else "",
         }
@@ -418,11 +419,11 @@ def _panels(
     ]
 
 
-def _caption(found: Comparison, row: Row) -> str:
-    words = [f"error {shown(MEASURES['estimated_error'], row.values['estimated_error'])} edges by estimate"]
+def _caption(row: Row) -> str:
+    text = f"error {shown(MEASURES['estimated_error'], row.values['estimated_error'])}"
     if "true_error" in row.values:
-        words.append(f"{shown(MEASURES['true_error'], row.values['true_error'])} in truth")
-    return ", ".join(words)
+        text += f", in truth {shown(MEASURES['true_error'], row.values['true_error'])}"
+    return text
 
 
 def _pictures(found: Comparison, shapes: Sequence[_Shape], drawn: tuple[npt.NDArray[np.int64], Integers]) -> list[str]:
@@ -538,9 +539,7 @@ def _layers(found: Comparison) -> list[projects.Layer]:
         label = shape.name if shape.row is None or not shape.row.call else f"{shape.name}: {shape.row.call}"
         colours = _warmth((quality - low) / (high - low))
         # all at one place: those that are hidden are a click away
-        layers.append(
-            projects.Layer(label, f"{i:02d}_{_file_name(shape.name)}.ply", shape.surface, quality, colours, i == 0)
-        )
+        layers.append(projects.Layer(label, f"{_file_name(shape.name)}.ply", shape.surface, quality, colours, i == 0))
     return layers
 
 

@@ -27,9 +27,9 @@ _STYLE = {
     "axes.grid": True,
     "grid.color": "#e6e9ee",
     "axes.edgecolor": "#8a94a0",
-    "legend.frameon": False,
-    "legend.fontsize": 8.5,
 }
+# Modes below a band (Weyl's law) from which on a random perturbation has enough of them to measure a response by
+_FEWEST_MODES = 60
 # against noise removed: what it costs, in the order of the page
 _COSTS = ("estimated_error", "volume", "offset", "feature_loss", "displacement")
 
@@ -100,34 +100,42 @@ def _cost(found: Comparison, key: str) -> Callable[[Any], None]:
         limit = _limit(found, key)
         for curve in found.curves:
             row = rows[curve.competitor.name]
-            at = sorted((_place(point, key) for point in curve.points if _useful(point)), key=lambda xy: xy[0])
+            at = sorted((_place(point, key) for point in curve.points if _useful(point)), key=lambda xy: -xy[0])
             colour, style = painted[row.name], _line(row)
             axes.plot(*np.transpose(at or np.empty((0, 2))), marker="o", markersize=3, color=colour, **style)
         for row in found.rows:
             if row.competitor is not None and key in row.values and found.sample is None:
-                x, y = row.values["noise_removed"], row.values[key]
+                x, y = max(100 - row.values["noise_removed"], _LEAST_LEFT), row.values[key]
                 axes.plot(
                     [x], [y], marker="D", markersize=7, color=painted[row.name], markeredgecolor="white", zorder=5
                 )
-        axes.set_xlim(-2, 102)
+        _along_noise(found, axes)
         axes.set_ylim(*limit)
         if measure.better == "zero":
             axes.axhline(0, color="#8a94a0", linewidth=0.8)
-        axes.set_xlabel("noise removed (%)")
         axes.set_ylabel(f"{measure.label} ({measure.unit})")
-        if key == _COSTS[0]:
-            handles = [
-                axes.plot([], [], color=painted[row.name], label=row.name, **_line(row))[0]
-                for row in found.rows
-                if row.competitor is not None and not row.failure
-            ]
-            axes.legend(handles=handles, loc="best", ncols=1, handlelength=1.2)
 
     return draw
 
 
+# per cent of noise left, and no less: what is left of all noise is shape
+_LEAST_LEFT, _MARKS = 0.5, (100, 50, 20, 10, 5, 2, 1)
+
+
+def _along_noise(found: Comparison, axes: Any) -> None:
+    """The axis: noise removed, as the logarithm of what is left."""
+    left = [_place(point, "")[0] for curve in found.curves for point in curve.points if _useful(point)]
+    low, high = min(left, default=1.0), max(left, default=100.0)
+    axes.set_xscale("log")
+    axes.set_xlim(min(1.25 * high, 110), 0.8 * low)
+    axes.minorticks_off()
+    axes.set_xticks(_MARKS, [f"{100 - mark}" for mark in _MARKS])
+    axes.set_xlim(min(1.25 * high, 110), 0.8 * low)
+    axes.set_xlabel("noise removed (%)")
+
+
 def _place(point: Point, key: str) -> tuple[float, float]:
-    return point.values["noise_removed"], point.values.get(key, np.nan)
+    return max(100 - point.values["noise_removed"], _LEAST_LEFT), point.values.get(key, np.nan)
 
 
 def _useful(point: Point) -> bool:
@@ -163,16 +171,16 @@ def _agreement(found: Comparison, axes: Any) -> None:
 
 def _responses(found: Comparison, axes: Any) -> None:
     painted = colours(found)
+    shown = found.eigenvalues > _FEWEST_MODES * 3.63 / len((found.sample or found.given).vertices)
+    limit = found.rows[0].values["estimated_error"]
     for row in found.rows:
-        if row.response is not None:
-            axes.plot(found.eigenvalues, row.response, color=painted[row.name], label=row.name, **_line(row))
+        if row.response is not None and row.values["estimated_error"] <= limit:
+            axes.plot(found.eigenvalues[shown], row.response[shown], color=painted[row.name], **_line(row))
     axes.axhline(0, color="#8a94a0", linewidth=0.8)
     axes.set_ylim(-0.15, 1.15)
     axes.set_xscale("log")
     axes.set_xlabel("eigenvalue of the Laplacian (long waves left, noise right)")
     axes.set_ylabel("H: what comes through")
-    if any(row.response is not None for row in found.rows):
-        axes.legend(loc="lower left", ncols=1, handlelength=1.2)
 
 
 def _spectra(found: Comparison, axes: Any) -> None:
@@ -183,11 +191,10 @@ def _spectra(found: Comparison, axes: Any) -> None:
             style = _line(row) if row.competitor is not None else {"linewidth": 2.2, "linestyle": "--"}
             power = np.where(row.power > 0, row.power, np.nan)
             least = min(least, float(np.nanmax(power)) * 1e-5)
-            axes.plot(found.eigenvalues, power, color=painted[row.name], label=row.name, **style)
+            axes.plot(found.eigenvalues, power, color=painted[row.name], **style)
     axes.set_xscale("log")
     axes.set_yscale("log")
     if np.isfinite(least):
         axes.set_ylim(bottom=least)
     axes.set_xlabel("eigenvalue of the Laplacian")
     axes.set_ylabel("energy of the differential coordinates (edges²)")
-    axes.legend(loc="best", ncols=2, handlelength=1.2, fontsize=7.5)
