@@ -103,6 +103,7 @@
     asked = false;
     const ratio = Math.min(window.devicePixelRatio || 1, 2), box = grid.getBoundingClientRect();
     const [w, h] = [Math.round(box.width * ratio), Math.round(box.height * ratio)];
+    if (w < 1 || h < 1) return; // in print
     if (canvas.width !== w || canvas.height !== h) [canvas.width, canvas.height] = [w, h];
     gl.scissor(0, 0, w, h);
     gl.clearColor(1, 1, 1, 1);
@@ -117,6 +118,7 @@
       if (cell.hidden) return;
       const b = cell.getBoundingClientRect(), mesh = meshes[i];
       const [x, y, cw, ch] = [b.left - box.left, box.bottom - b.bottom, b.width, b.height].map((v) => Math.round(v * ratio));
+      if (ch <= title) return;
       gl.viewport(x, y, cw, ch - title);
       gl.scissor(x, y, cw, ch - title);
       const tall = state.height / 2;
