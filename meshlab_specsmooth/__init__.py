@@ -9,6 +9,8 @@ of a MeshSet, as methods of :class:`MeshSet`, or after :func:`register` as metho
 from meshlab_specsmooth.bridge import filters as _filters
 from meshlab_specsmooth.bridge.filters import *  # noqa: F403 (each filter, by its name)
 from meshlab_specsmooth.bridge.registry import MeshSet, register, unregister
+from meshlab_specsmooth.compare.comparison import Comparison
+from meshlab_specsmooth.compare.competitors import Competitor
 from meshlab_specsmooth.edge_aware import EdgeAwareResult, denoise, smooth_edge_aware
 from meshlab_specsmooth.errors import (
     FileError,
@@ -24,6 +26,7 @@ from meshlab_specsmooth.errors import (
 )
 from meshlab_specsmooth.estimation import ErrorEstimate, estimate_error, estimate_noise
 from meshlab_specsmooth.noise import Noise
+from meshlab_specsmooth.report.compared import compare
 from meshlab_specsmooth.smoothing import Prepared, SmoothingResult, enhance, low_pass, prepare, smooth
 from meshlab_specsmooth.spectrum import Spectrum, spectrum
 from meshlab_specsmooth.surface import Surface
@@ -33,8 +36,10 @@ __version__ = VERSION
 
 __all__ = [
     *_filters.__all__,
-    "ErrorEstimate",
+    "Comparison",
+    "Competitor",
     "EdgeAwareResult",
+    "ErrorEstimate",
     "FileError",
     "FilterFailed",
     "InvalidParameter",
@@ -52,6 +57,7 @@ __all__ = [
     "Surface",
     "TooLarge",
     "__version__",
+    "compare",
     "denoise",
     "enhance",
     "estimate_error",

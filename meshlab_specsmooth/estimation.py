@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,7 +12,7 @@ from meshlab_specsmooth.automatic import part_of
 from meshlab_specsmooth.errors import FilterFailed, InvalidParameter
 from meshlab_specsmooth.noise import WHITE, Noise, measure, realisation, sheet
 from meshlab_specsmooth.smoothing import assemble
-from meshlab_specsmooth.surface import Floats
+from meshlab_specsmooth.surface import Floats, Integers, Surface
 
 # How far the probe moves vertices, as a share of the noise: small enough for a difference quotient, large enough for
 # filters that stop iterating at some tolerance
@@ -68,6 +68,9 @@ class ErrorEstimate:
     probes : int
     vertices : (n, 3) float64
         What the filter made of the surface.
+    risks : tuple of float
+        By each probe, NaN where one was left out. Of two filters that had the same probes, the difference is known
+        better than either.
     """
 
     error: float
@@ -76,6 +79,7 @@ class ErrorEstimate:
     noise: Noise
     probes: int
     vertices: Floats
+    risks: tuple[float, ...] = ()
 
 
 def estimate_error(
@@ -132,10 +136,105 @@ def estimate_error(
     >>> round(errors[0], 1), errors[1] < 0.1  # left as it is, and flattened
     (0.2, True)
     """
+    prepared = prepare_error(vertices, faces, noise=noise, probes=probes, seed=seed)
+    perturbed = prepared.perturbed() if prepared.draws.any() else []
+    V = prepared.surface.vertices
+    return prepared.estimate(_applied(filter, V), [_applied(filter, X) for X in perturbed])
+
+
+@dataclass(frozen=True, eq=False)
+class PreparedError:
+    """What the estimates of all filters on one surface share: prepare once, ask for many; the caller runs the filters.
+
+    Attributes
+    ----------
+    surface : Surface
+        As given.
+    moving : (k,) int32
+        Vertices that have an edge: the others have no say.
+    normals : (k, 3) float64
+        Of a smoothed guide, at these.
+    draws : (k, p) float64
+        Of the noise along the normals, one column a probe, in units of 2^exponent of the mesh's.
+    level : float
+        Of the noise, in the same units.
+    exponent : int
+    noise : Noise
+        That is taken, in mesh units.
+    """
+
+    surface: Surface
+    moving: Integers
+    normals: Floats
+    draws: Floats
+    level: float
+    exponent: int
+    noise: Noise
+
+    def perturbed(self) -> list[Floats]:
+        """What the filter is to be run on besides the surface itself: (n, 3) vertices for each probe."""
+        surfaces = []
+        for z in self.draws.T:
+            X = self.surface.vertices.copy()
+            X[self.moving] += np.ldexp(_SHARE * z[:, None] * self.normals, self.exponent)
+            surfaces.append(X)
+        return surfaces
+
+    def along_normals(self, X: Floats, Y: Floats) -> Floats:
+        """(k,) n . (Y - X) at the moving vertices, in mesh units, for (n, 3) vertices X and Y."""
+        return np.asarray(((Y[self.moving] - X[self.moving]) * self.normals).sum(axis=1))
+
+    def estimate(self, result: Floats, perturbed: Sequence[Floats | None]) -> ErrorEstimate:
+        """The estimate for a filter that made ``result`` of the surface.
+
+        Parameters
+        ----------
+        result : (n, 3) float64
+        perturbed : sequence of (n, 3) float64
+            What it made of :meth:`perturbed`, or of the first few, None for those that are to be left out; an empty
+            sequence where there is no noise.
+        """
+        moved = float((self._scaled(self.surface.vertices, result) ** 2).mean()) if len(self.moving) else 0.0
+        risks = []
+        for i, z in enumerate(self.draws.T[: max(len(perturbed), 1)]):
+            again = perturbed[i] if i < len(perturbed) else result
+            if again is None:
+                risks.append(np.nan)
+                continue
+            kept = float((z * self._scaled(result, again)).mean()) / _SHARE if len(z) else 0.0
+            # the level is known better than that of a draw
+            square = float((z**2).mean()) if len(z) else 0.0
+            risks.append(moved + (self.level**2 / square if square > 0 else 0.0) * (2 * kept - square))
+        used = [risk for risk in risks if np.isfinite(risk)]
+        risk, probes, unit = float(np.mean(used)) if used else float("nan"), len(used), self.exponent
+        scatter = float(np.std(used, ddof=1) / np.sqrt(probes)) if probes > 1 else float("nan")
+        return ErrorEstimate(
+            float(np.ldexp(np.sqrt(max(risk, 0.0)), unit)),
+            float(np.ldexp(risk, 2 * unit)),
+            float(np.ldexp(scatter, 2 * unit)),
+            self.noise,
+            probes,
+            result,
+            tuple(np.ldexp(risks, 2 * unit).tolist()),
+        )
+
+    def _scaled(self, X: Floats, Y: Floats) -> Floats:
+        """N . (Y - X), in the units of the draws."""
+        return np.asarray((np.ldexp(Y[self.moving] - X[self.moving], -self.exponent) * self.normals).sum(axis=1))
+
+
+def prepare_error(
+    vertices: npt.ArrayLike,
+    faces: npt.ArrayLike,
+    *,
+    noise: Noise | float | None = None,
+    probes: int = _PROBES,
+    seed: int = 0,
+) -> PreparedError:
+    """What :func:`estimate_error` needs of a surface, whatever the filter; parameters and errors are the same."""
     if isinstance(probes, bool) or not isinstance(probes, int | np.integer) or probes < 1:
         raise InvalidParameter(f"probes is {probes!r}; it must be a whole number of 1 or more")
     mesh = assemble(vertices, faces, "uniform")
-    V, at = mesh.surface.vertices, mesh.moving
     on = sheet(mesh.positions, mesh.renumbered_faces())
     found = measure(on)
     taken, n = found.noise, found.normals
@@ -149,35 +248,8 @@ def estimate_error(
             )
         level = float(np.ldexp(level, -mesh.exponent))
         taken = replace(taken, level=level, low=level, high=level, kind=WHITE, covariance=np.eye(3))
-    result = _applied(filter, V)
-
-    def along(X: Floats, Y: Floats) -> Floats:
-        """N . (Y - X), in the units of the positions."""
-        return np.asarray((np.ldexp(Y[at] - X[at], -mesh.exponent) * n).sum(axis=1))
-
     draws = np.hstack([realisation(on, n, taken, seed + k) for k in range(0, int(probes), 3)])[:, : int(probes)]
-    moved = float((along(V, result) ** 2).mean()) if len(at) else 0.0
-    risks = []
-    for z in draws.T:
-        kept = 0.0
-        if z.any():
-            perturbed = V.copy()
-            perturbed[at] += np.ldexp(_SHARE * z[:, None] * n, mesh.exponent)
-            kept = float((z * along(result, _applied(filter, perturbed))).mean()) / _SHARE
-        # the level is known better than that of a draw
-        square = float((z**2).mean())
-        risks.append(moved + (taken.level**2 / square if square > 0 else 0.0) * (2 * kept - square))
-    risk = float(np.mean(risks))
-    scatter = float(np.std(risks, ddof=1) / np.sqrt(probes)) if probes > 1 else float("nan")
-    unit = mesh.exponent
-    return ErrorEstimate(
-        float(np.ldexp(np.sqrt(max(risk, 0.0)), unit)),
-        float(np.ldexp(risk, 2 * unit)),
-        float(np.ldexp(scatter, 2 * unit)),
-        taken.scaled(unit),
-        int(probes),
-        result,
-    )
+    return PreparedError(mesh.surface, mesh.moving, n, draws, taken.level, mesh.exponent, taken.scaled(mesh.exponent))
 
 
 def _applied(filter_: Callable[[Floats], npt.ArrayLike], V: Floats) -> Floats:

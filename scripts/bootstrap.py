@@ -59,6 +59,19 @@ def install_system_packages() -> None:
         run(command, {**os.environ, "DEBIAN_FRONTEND": "noninteractive"})
 
 
+def provide(program: str, package: str) -> None:
+    """Install a program that some tests want, where that takes no asking; without it they are skipped and say so."""
+    if shutil.which(program) or sys.platform != "linux" or shutil.which("apt-get") is None or os.geteuid() != 0:
+        return
+    print(f"Installing {package} ...", flush=True)
+    environment = {**os.environ, "DEBIAN_FRONTEND": "noninteractive"}
+    for command in (["apt-get", "update"], ["apt-get", "install", "-y", "--no-install-recommends", package]):
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+        if done.returncode != 0:
+            print(f"  without it: {(done.stderr or done.stdout).strip().splitlines()[-1:]}", flush=True)
+            return
+
+
 def needs(library: str) -> bool:
     """Whether a system library is wanted on this system and cannot be loaded."""
     if sys.platform != "linux":

@@ -11,6 +11,7 @@ import sys
 import bootstrap
 
 bootstrap.enter("test")
+bootstrap.provide("chromium", "chromium")  # the page is looked at in a real browser
 
 CHECKS = {
     "lint": ["ruff", "check", "."],

@@ -33,7 +33,14 @@ ROOMS = [
     {"cli"},
     {"__init__", "__main__"},
 ]
-HOME = {"pymeshlab": "bridge", "pyvista": "report", "matplotlib": "report", "tqdm": "cli", "numba": "graph"}
+HOME = {
+    "pymeshlab": "bridge",
+    "pyvista": "report",
+    "matplotlib": "report",
+    "jinja2": "report",
+    "tqdm": "cli",
+    "numba": "graph",
+}
 
 
 def room_of(path):

@@ -5,6 +5,7 @@ import pytest
 import meshlab_specsmooth as mss
 from meshlab_specsmooth.bridge import meshset
 from meshlab_specsmooth.compare import noise, side_by_side
+from meshlab_specsmooth.compare.competitors import Competitor
 from meshlab_specsmooth.compare.distances import distances
 from meshlab_specsmooth.compare.metrics import (
     add_noise,
@@ -14,7 +15,6 @@ from meshlab_specsmooth.compare.metrics import (
     vertex_error,
     volume_change,
 )
-from meshlab_specsmooth.compare.side_by_side import Competitor
 from meshlab_specsmooth.surface import edges, mean_edge_length, vertex_normals
 from tests.meshes import rough, sheet, torus
 

@@ -11,8 +11,9 @@ import numpy as np
 
 from meshlab_specsmooth.bridge import files, meshset
 from meshlab_specsmooth.cli.progress import bar
+from meshlab_specsmooth.compare.competitors import Competitor
 from meshlab_specsmooth.compare.metrics import add_noise
-from meshlab_specsmooth.compare.side_by_side import Competitor, Row, measure, side_by_side, table
+from meshlab_specsmooth.compare.side_by_side import Row, measure, side_by_side, table
 from meshlab_specsmooth.errors import FileError
 from meshlab_specsmooth.report.pictures import Panel, View, close_up, front, picture
 from meshlab_specsmooth.smoothing import smooth
@@ -41,25 +42,29 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--out", metavar="DIR", default="demo", help="folder for the picture and the table (default: demo)"
     )
-    parser.add_argument("--noise", metavar="X", type=_noise, default=0.2, help="noise in mean edges (default: 0.2)")
-    parser.add_argument("--seed", metavar="N", type=_seed, default=1, help="seed of the noise (default: 1)")
+    parser.add_argument(
+        "--noise", metavar="X", type=noise_level, default=0.2, help="noise in mean edges (default: 0.2)"
+    )
+    parser.add_argument("--seed", metavar="N", type=seed_number, default=1, help="seed of the noise (default: 1)")
 
 
-def _noise(text: str) -> float:
+def noise_level(text: str) -> float:
+    """An argument that is a level of noise."""
     level = float(text)
     if not 0 <= level < math.inf:
         raise argparse.ArgumentTypeError(f"{text} is not a finite number from 0")
     return level
 
 
-def _seed(text: str) -> int:
+def seed_number(text: str) -> int:
+    """An argument that is a seed."""
     seed = int(text)
     if seed < 0:
         raise argparse.ArgumentTypeError(f"{text} is less than 0")
     return seed
 
 
-_noise.__name__, _seed.__name__ = "noise", "seed"  # as argparse puts them into "invalid seed value"
+noise_level.__name__, seed_number.__name__ = "noise", "seed"  # as argparse puts them into "invalid seed value"
 
 
 def run(arguments: argparse.Namespace) -> None:

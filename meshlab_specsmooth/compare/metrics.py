@@ -57,10 +57,14 @@ def surface_error(result: Surface, truth: Surface) -> float:
     >>> round(surface_error(mss.Surface(lifted, F), mss.Surface(square, F)) * h, 9)
     0.1
     """
-    areas = np.linalg.norm(face_vectors(result), axis=1)
-    at_vertex = np.bincount(result.faces.ravel(), weights=np.repeat(areas, 3), minlength=len(result.vertices))
-    squared = distances(result.vertices, truth) ** 2
-    return float(np.sqrt((at_vertex * squared).sum() / (3 * areas.sum()))) / mean_edge_length(truth)
+    return root_mean_square(distances(result.vertices, truth), result) / mean_edge_length(truth)
+
+
+def root_mean_square(values: Floats, surface: Surface) -> float:
+    """Root mean square of a value a vertex, sqrt(sum_i A_i x_i^2 / (3 sum_f A_f)), A_i the area of the faces at i."""
+    areas = np.linalg.norm(face_vectors(surface), axis=1)
+    at_vertex = np.bincount(surface.faces.ravel(), weights=np.repeat(areas, 3), minlength=len(surface.vertices))
+    return float(np.sqrt((at_vertex * values**2).sum() / (3 * areas.sum())))
 
 
 def flipped(result: Surface, truth: Surface) -> float:

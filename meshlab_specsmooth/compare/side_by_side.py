@@ -3,27 +3,13 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
-from typing import Any
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 
 from meshlab_specsmooth.bridge import filters, meshset
+from meshlab_specsmooth.compare.competitors import Competitor
 from meshlab_specsmooth.compare.metrics import normal_error, vertex_error, volume_change
 from meshlab_specsmooth.surface import Floats, Surface
-
-
-@dataclass(frozen=True)
-class Competitor:
-    """A filter to be compared: a name for people, and how it is called on a MeshSet."""
-
-    name: str
-    filter: str
-    parameters: Mapping[str, Any] = field(default_factory=dict)
-
-    @property
-    def call(self) -> str:
-        """The call as one would type it."""
-        return f"{self.filter}({', '.join(f'{name}={value!r}' for name, value in self.parameters.items())})"
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,0 +1,465 @@
+"""What a comparison found: rows at defaults, curves at swept strength, and what they say."""
+
+from __future__ import annotations
+
+import html
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from meshlab_specsmooth.compare.competitors import Competitor
+from meshlab_specsmooth.noise import CORRELATED, IMPULSE, NONE, Noise
+from meshlab_specsmooth.surface import Floats, Surface
+
+# Two estimates that differ by less than so many standard errors, or by less than this share, are level
+_SURELY, _ALIKE = 2.0, 0.01
+
+
+@dataclass(frozen=True)
+class Measure:
+    """A column: what is measured, in which unit, by which formula, and which way is better.
+
+    Attributes
+    ----------
+    key, label, unit, help : str
+    better : {"low", "high", "zero", ""}
+        ``""`` where neither way is.
+    digits : int
+        After the point.
+    """
+
+    key: str
+    label: str
+    unit: str
+    help: str
+    better: str = "low"
+    digits: int = 3
+
+
+MEASURES = {
+    measure.key: measure
+    for measure in (
+        Measure(
+            "estimated_error",
+            "estimated error",
+            "edges",
+            "Distance from the unknown true surface along its normals, root mean square, estimated from the noisy mesh "
+            "alone: Stein's unbiased risk estimate in its Monte-Carlo form (Ramani, Blu, Unser 2008).",
+        ),
+        Measure(
+            "true_error",
+            "true error",
+            "edges",
+            "The same against the truth: root mean square of n . (v - truth) over the vertices, n the normals of a "
+            "smoothed guide.",
+        ),
+        Measure(
+            "normal_error",
+            "normals off",
+            "degrees",
+            "Mean angle between the face normals of result and truth (Zhang et al. 2015).",
+            digits=2,
+        ),
+        Measure(
+            "surface_error",
+            "E_v",
+            "edges",
+            "Vertex-to-surface error sqrt(sum A_i d_i^2 / (3 sum A_f)), d_i the exact distance of vertex i to the "
+            "truth (Sun et al. 2007; Zheng et al. 2011).",
+        ),
+        Measure(
+            "vertex_error",
+            "vertex RMS",
+            "edges",
+            "Root mean square distance of corresponding vertices; drift along the surface counts.",
+        ),
+        Measure("hausdorff", "Hausdorff", "edges", "MeshLab's Hausdorff distance to the truth, both ways."),
+        Measure(
+            "noise_removed",
+            "noise removed",
+            "%",
+            "By how much the median of |n . L^2 V|, which sees noise and next to nothing of shape, has fallen.",
+            "high",
+            1,
+        ),
+        Measure(
+            "feature_loss",
+            "feature loss",
+            "edges",
+            "How far the surface, averaged over some three edges, has moved along its normals at the tenth of the "
+            "vertices where it curves the most; root mean square.",
+        ),
+        Measure(
+            "volume",
+            "volume",
+            "%",
+            "Change of the enclosed volume against the truth, or the mesh as given; closed meshes.",
+            "zero",
+        ),
+        Measure(
+            "offset",
+            "mean offset",
+            "edges",
+            "Volume swept per area: mean move along the normals against the truth, or the mesh as given; negative "
+            "inwards. Open meshes have it, too.",
+            "zero",
+        ),
+        Measure("area", "area", "%", "Change of the area against the mesh as given; noise itself adds area.", "", 2),
+        Measure("boundary", "boundary", "%", "Change of the boundary's length against the mesh as given.", "", 2),
+        Measure(
+            "displacement", "moved", "edges", "Root mean square distance of the vertices from where they were.", ""
+        ),
+        Measure("dihedral", "dihedral", "degrees", "Mean angle between the normals of neighbouring faces.", "", 2),
+        Measure(
+            "quality",
+            "triangles",
+            "",
+            "Mean of 2 r / R, inscribed by circumscribed radius of the faces: 1 of equilateral triangles.",
+            "high",
+        ),
+        Measure(
+            "flips",
+            "turned faces",
+            "%",
+            "Faces that look away by more than 90 degrees from where the truth's do, or those of the mesh as given.",
+            digits=2,
+        ),
+        Measure("intersections", "self-intersecting", "%", "Faces that MeshLab finds to run through others.", digits=2),
+        Measure("seconds", "time", "s", "Of the filter alone, as this machine was at that moment.", digits=2),
+    )
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Row:
+    """A filter at its defaults.
+
+    Attributes
+    ----------
+    competitor : Competitor or None
+        None of the mesh as given.
+    surface : Surface or None
+        None where the filter failed.
+    failure : str
+        Why it failed; empty where it did not.
+    values : mapping
+        Measures by key (see ``MEASURES``), those that apply.
+    uncertainty : float
+        Standard error of the estimated error, in mean edges, from the scatter of the probes.
+    behind, behind_uncertainty : float
+        By how much the estimated error is larger than that of the best row, in mean edges, and the standard error of
+        that difference: it is smaller than that of either, as both had the same probes.
+    chosen : mapping
+        Parameters that the filter chose by itself.
+    colours : mapping
+        (n,) arrays: ``"displacement"``, ``"curvature"`` and, with the truth, ``"error"``; in mean edges.
+    power : (b,) float64
+        Power of a mode in each band, relative to the mesh as given where that is not 0.
+    response : (b,) float64
+        Measured transfer function in each band.
+    hash : str
+        SHA-256 of the vertices.
+    """
+
+    competitor: Competitor | None
+    surface: Surface | None
+    failure: str = ""
+    values: Mapping[str, float] = field(default_factory=dict)
+    uncertainty: float = math.nan
+    behind: float = math.nan
+    behind_uncertainty: float = math.nan
+    chosen: Mapping[str, object] = field(default_factory=dict)
+    colours: Mapping[str, Floats] = field(default_factory=dict)
+    power: Floats | None = None
+    response: Floats | None = None
+    hash: str = ""
+
+    @property
+    def name(self) -> str:
+        """The filter's, for people."""
+        return "as given" if self.competitor is None else self.competitor.name
+
+    @property
+    def call(self) -> str:
+        """The call that reproduces the row, on a MeshSet ``ms``."""
+        return "" if self.competitor is None else f"ms.{self.competitor.call}"
+
+
+@dataclass(frozen=True, eq=False)
+class Point:
+    """A filter at one strength: the call, the strength, and measures by key."""
+
+    call: str
+    strength: object
+    values: Mapping[str, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """A filter over its strengths; those at which it failed are left out."""
+
+    competitor: Competitor
+    points: tuple[Point, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """Filters side by side on one mesh.
+
+    Attributes
+    ----------
+    name : str
+        Of the mesh.
+    given : Surface
+        As the filters got it, with the noise that was added.
+    truth : Surface or None
+    added : float or None
+        Standard deviation of the noise that was added, in mean edges.
+    seed : int
+    edge : float
+        Mean edge of the truth, or of the mesh as given: the unit of lengths.
+    noise : Noise
+        As measured, in mesh units.
+    rows : tuple of Row
+        The mesh as given first, then the filters in the order asked for.
+    curves : tuple of Curve
+    sample : Surface or None
+        The part of the mesh that strengths were swept on; None where it was the whole.
+    eigenvalues : (b,) float64
+        Middle of the bands of power and response.
+    probes : int
+        Random perturbations that the estimated errors of the rows come from.
+    versions : mapping
+    seconds : float
+        All of it.
+    """
+
+    name: str
+    given: Surface
+    truth: Surface | None
+    added: float | None
+    seed: int
+    edge: float
+    noise: Noise
+    rows: tuple[Row, ...]
+    curves: tuple[Curve, ...]
+    sample: Surface | None
+    eigenvalues: Floats
+    probes: int
+    versions: Mapping[str, str]
+    seconds: float
+
+    @property
+    def ranked(self) -> tuple[Row, ...]:
+        """The rows by estimated error, those that failed last."""
+        return tuple(sorted(self.rows, key=lambda row: row.values.get("estimated_error", math.inf)))
+
+    @property
+    def best(self) -> Row:
+        """The row of least estimated error; the mesh as given where there is no noise, or nothing is better."""
+        return self.rows[0] if self.noise.kind == NONE else self.ranked[0]
+
+    @property
+    def level(self) -> tuple[Row, ...]:
+        """Other rows that are as good as the best: no further behind than chance, or a hundredth, explains."""
+        limit = _ALIKE * self.best.values["estimated_error"]
+        return tuple(
+            row
+            for row in self.ranked
+            if row is not self.best and row.behind <= max(limit, _SURELY * np.nan_to_num(row.behind_uncertainty))
+        )
+
+    @property
+    def tuned(self) -> tuple[tuple[Curve, Point], ...]:
+        """Each filter's strength of least estimated error, best first."""
+        found = [
+            (curve, min(points, key=lambda p: p.values["estimated_error"]))
+            for curve in self.curves
+            if (points := [p for p in curve.points if "estimated_error" in p.values])
+        ]
+        return tuple(sorted(found, key=lambda pair: pair[1].values["estimated_error"]))
+
+    @property
+    def columns(self) -> tuple[Measure, ...]:
+        """The measures that some row has."""
+        return tuple(m for m in MEASURES.values() if any(m.key in row.values for row in self.rows))
+
+    @property
+    def correlation(self) -> float:
+        """Of estimated and true error, over rows and swept strengths that are no worse than the mesh as given.
+
+        NaN without the truth, or where fewer than three are.
+        """
+        pairs = self.errors()
+        if len(pairs) < 3 or not all(np.ptp(column) > 0 for column in pairs.T):
+            return math.nan
+        return float(np.asarray(np.corrcoef(pairs.T))[0, 1])
+
+    def errors(self) -> Floats:
+        """(k, 2) estimated and true errors that :attr:`correlation` is of."""
+        limit = self.rows[0].values["estimated_error"]
+        values = [row.values for row in self.rows] + [p.values for curve in self.curves for p in curve.points]
+        pairs = [
+            (v["estimated_error"], v["true_error"]) for v in values if "true_error" in v and "estimated_error" in v
+        ]
+        return np.array([pair for pair in pairs if pair[0] <= 1.001 * limit], dtype=np.float64).reshape(-1, 2)
+
+    def headline(self) -> str:
+        """Which filter to take."""
+        if self.noise.kind == NONE:
+            return "Leave it as it is: there is no noise to speak of"
+        if self.best is self.rows[0]:
+            return "Leave it as it is: every filter makes it worse"
+        return f"Take {self.best.name}"
+
+    def reasons(self) -> tuple[str, ...]:
+        """Why, in sentences."""
+        return tuple(_reasons(self))
+
+    def __str__(self) -> str:
+        return table(self)
+
+    def _repr_html_(self) -> str:
+        return (
+            f"<p><b>{html.escape(self.headline())}.</b> {html.escape(' '.join(self.reasons()))}</p>{html_table(self)}"
+        )
+
+
+def _reasons(found: Comparison) -> Iterable[str]:
+    before, best = found.rows[0].values["estimated_error"], found.best
+    level = found.noise.level / found.edge
+    if found.noise.kind == NONE:
+        yield f"The noise measured is {level:.3f} mean edges, less than a fiftieth."
+    elif best is not found.rows[0]:
+        after = best.values["estimated_error"]
+        yield (
+            f"Its result is the closest to the true surface: {after:.3f} mean edges off by the estimate, "
+            f"where the mesh as given is {before:.3f} off."
+        )
+        others = [row for row in found.ranked if row.competitor and row.competitor.ours != best.competitor.ours]  # type: ignore[union-attr]
+        rival = next((row for row in others if "estimated_error" in row.values), None)
+        if rival is not None:
+            whose = "MeshLab's best filter" if best.competitor.ours else "The best of ours"  # type: ignore[union-attr]
+            error = rival.values["estimated_error"]
+            yield f"{whose} at its defaults, {rival.name}, is {error:.3f} off ({_more(error, after)})."
+        tuned = next((pair for pair in found.tuned if not pair[0].competitor.ours), None)
+        if tuned is not None and best.competitor is not None and best.competitor.ours:
+            error = tuned[1].values["estimated_error"]
+            more = _more(error, after)
+            yield f"With its strength tuned, the best that MeshLab gets is {error:.3f} ({more}): {tuned[1].call}."
+        if found.level:
+            yield f"As good within the uncertainty: {', '.join(row.name for row in found.level)}."
+        yield _cost(best)
+        worse = [row.name for row in found.rows[1:] if row.values.get("estimated_error", 0) > before]
+        if worse:
+            yield f"Worse than doing nothing here: {', '.join(worse)}."
+    failed = [row.name for row in found.rows if row.failure]
+    if failed:
+        yield f"Failed on this mesh: {', '.join(failed)}."
+    yield from _against_truth(found)
+    if found.noise.kind in (IMPULSE, CORRELATED):
+        kind = "a few vertices far off" if found.noise.kind == IMPULSE else "shared between neighbours"
+        yield (
+            f"Careful: the noise on this mesh is not white ({kind}); the estimated error is made for white noise, "
+            "and its ranking may be wrong here."
+        )
+
+
+def _more(error: float, than: float) -> str:
+    if than <= 0:
+        return "not comparable"
+    change = 100 * (error / than - 1)
+    return f"{abs(change):.0f} % {'more' if change >= 0 else 'less'}"
+
+
+def _cost(row: Row) -> str:
+    values = row.values
+    words = [f"it removes {values['noise_removed']:.0f} % of the noise"]
+    if "volume" in values:
+        words.append(f"changes the volume by {values['volume']:+.3f} %")
+    else:
+        words.append(f"shifts the surface by {values['offset']:+.4f} mean edges on average")
+    text = f"{', '.join(words)} and turns {values['flips']:.2f} % of the faces over."
+    return text[0].upper() + text[1:]
+
+
+def _against_truth(found: Comparison) -> Iterable[str]:
+    rows = [row for row in found.rows if "true_error" in row.values]
+    if not rows or found.noise.kind == NONE:
+        return
+    truly = min(rows, key=lambda row: row.values["true_error"])
+    if truly is found.best:
+        yield "The truth, which is known here, agrees."
+    elif "true_error" in found.best.values:
+        a, b = found.best.values["true_error"], truly.values["true_error"]
+        yield f"By the truth, which is known here, {truly.name} is the closest: {b:.3f} against {a:.3f} mean edges."
+    if math.isfinite(found.correlation):
+        yield (f"Estimated and true errors correlate by {found.correlation:.4f} over {len(found.errors())} settings.")
+
+
+def shown(measure: Measure, value: float) -> str:
+    """A value as it is printed in its column.
+
+    Examples
+    --------
+    >>> from meshlab_specsmooth.compare.comparison import MEASURES, shown
+    >>> shown(MEASURES["volume"], -0.0123), shown(MEASURES["normal_error"], 4.189), shown(MEASURES["area"], 12345.6)
+    ('-0.012', '4.19', '1e+04')
+    """
+    if not math.isfinite(value):
+        return ""
+    if abs(value) >= 9999:
+        return f"{value:.0e}"
+    return f"{value:{'+' if measure.better == 'zero' else ''}.{measure.digits}f}"
+
+
+def estimate_shown(row: Row) -> str:
+    """The estimated error with its uncertainty."""
+    value = shown(MEASURES["estimated_error"], row.values.get("estimated_error", math.nan))
+    return f"{value} ± {row.uncertainty:.3f}" if value and math.isfinite(row.uncertainty) else value
+
+
+def table(found: Comparison) -> str:
+    """The rows as text, best first."""
+    columns = [m for m in found.columns if m.key in _PRINTED]
+    lines = ["".join([f"{'':32}", *(f"{text(m):>18}" for m in columns)]) for text in (_label, _unit)]
+    for row in found.ranked:
+        cells = [
+            estimate_shown(row) if m.key == "estimated_error" else shown(m, row.values.get(m.key, math.nan))
+            for m in columns
+        ]
+        lines.append(f"{row.name:32}" + (f"  {row.failure}" if row.failure else "".join(f"{c:>18}" for c in cells)))
+    return "\n".join(line.rstrip() for line in lines)
+
+
+_PRINTED = ("estimated_error", "true_error", "normal_error", "noise_removed", "feature_loss", "volume", "seconds")
+
+
+def _label(measure: Measure) -> str:
+    return measure.label
+
+
+def _unit(measure: Measure) -> str:
+    return measure.unit
+
+
+def html_table(found: Comparison) -> str:
+    """The rows as an HTML table, best first; a page of its own has more."""
+    head = "".join(
+        f'<th title="{html.escape(m.help)}">{html.escape(m.label)}<br><small>{html.escape(m.unit)}</small></th>'
+        for m in found.columns
+    )
+    body = []
+    for row in found.ranked:
+        figures = (
+            estimate_shown(row) if m.key == "estimated_error" else shown(m, row.values.get(m.key, math.nan))
+            for m in found.columns
+        )
+        cells = "".join(f"<td>{figure}</td>" for figure in figures)
+        if row.failure:
+            cells = f'<td colspan="{len(found.columns)}">{html.escape(row.failure)}</td>'
+        name = html.escape(row.name)
+        body.append(f'<tr><th title="{html.escape(row.call)}">{name}</th>{cells}</tr>')
+    return f"<table><thead><tr><th></th>{head}</tr></thead><tbody>{''.join(body)}</tbody></table>"

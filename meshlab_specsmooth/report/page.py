@@ -1,0 +1,554 @@
+"""A comparison as one HTML file that needs nothing else, and as a MeshLab project."""
+
+from __future__ import annotations
+
+import base64
+import json
+import math
+import os
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from meshlab_specsmooth.bridge import files, projects
+from meshlab_specsmooth.compare.comparison import (
+    MEASURES,
+    Comparison,
+    Measure,
+    Row,
+    estimate_shown,
+    shown,
+    table,
+)
+from meshlab_specsmooth.errors import FileError, MissingExtra
+from meshlab_specsmooth.report import plots
+from meshlab_specsmooth.report.pictures import Panel, close_up, front, picture
+from meshlab_specsmooth.surface import Floats, Integers, Surface
+
+# More vertices than this are not drawn, but some that stand for them
+_DRAWN = 60_000
+_PICTURED = 9
+_STEPS = 2**16 - 1  # of a drawn coordinate, over the bounding box
+_SHOWN = 8  # panels at first
+# Colours end at this quantile of all results that are better than the mesh as given
+_QUANTILE = 0.98
+
+
+@dataclass(frozen=True)
+class _Colouring:
+    """What surfaces can be coloured by."""
+
+    key: str
+    label: str
+    unit: str
+    map: str
+    signed: bool
+
+
+_COLOURINGS = (
+    _Colouring("error", "distance to the truth", "mean edges", "viridis", False),
+    _Colouring("displacement", "distance moved", "mean edges", "viridis", False),
+    _Colouring("curvature", "curvature", "(hollow to ridge, by mean edge)", "coolwarm", True),
+)
+
+
+def write(found: Comparison, folder: str | os.PathLike[str], recipe: str = "") -> list[Path]:
+    """Write ``comparison.html``, ``comparison.mlp`` with its meshes, ``comparison.json`` and ``comparison.txt``.
+
+    Parameters
+    ----------
+    found : Comparison
+    folder : path
+        Made where it is not there.
+    recipe : str
+        What to type to make the same comparison.
+
+    Returns
+    -------
+    list of Path
+        What was written. What needs no extra comes first: without the extra ``report`` there is still the rest.
+
+    Raises
+    ------
+    MissingExtra
+        jinja2, matplotlib or PyVista is not installed; all but the page is written.
+    FileError
+        The folder cannot be made or written.
+    """
+    made(folder)
+    written = places(folder)
+    text = f"{found.headline()}.\n{' '.join(found.reasons())}\n\n{table(found)}\n"
+    files.write_text(written[0], text)
+    files.write_text(written[1], json.dumps(data_of(found), indent=1) + "\n")
+    projects.write(written[2], _layers(found))
+    files.write_text(written[3], page(found, recipe))
+    return written
+
+
+def places(folder: str | os.PathLike[str]) -> list[Path]:
+    """The files of a comparison in a folder."""
+    return [Path(folder) / f"comparison.{kind}" for kind in ("txt", "json", "mlp", "html")]
+
+
+def made(folder: str | os.PathLike[str]) -> Path:
+    """The folder, made where it is not there; raises :class:`FileError`."""
+    place = Path(folder)
+    try:
+        place.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise FileError(f"{place}: cannot be made: {error.strerror}") from error
+    files.check_place(place / "comparison.html")
+    return place
+
+
+def data_of(found: Comparison) -> dict[str, Any]:
+    """All figures of a comparison, for machines."""
+    return {
+        "name": found.name,
+        "vertices": len(found.given.vertices),
+        "faces": len(found.given.faces),
+        "mean_edge": found.edge,
+        "noise": {
+            "kind": found.noise.kind,
+            "level": found.noise.level,
+            "low": found.noise.low,
+            "high": found.noise.high,
+        },
+        "added": found.added,
+        "seed": found.seed,
+        "headline": found.headline(),
+        "reasons": list(found.reasons()),
+        "correlation": _number(found.correlation),
+        "rows": [
+            {
+                "name": row.name,
+                "call": row.call,
+                "failure": row.failure,
+                "chosen": dict(row.chosen),
+                "sha256": row.hash,
+                "uncertainty": _number(row.uncertainty),
+                "behind": _number(row.behind),
+                "behind_uncertainty": _number(row.behind_uncertainty),
+                **{key: _number(value) for key, value in row.values.items()},
+            }
+            for row in found.rows
+        ],
+        "curves": [
+            {"call": point.call, "filter": curve.competitor.name, **{k: _number(v) for k, v in point.values.items()}}
+            for curve in found.curves
+            for point in curve.points
+        ],
+        "versions": dict(found.versions),
+    }
+
+
+def _number(value: float) -> float | None:
+    """JSON has no infinities."""
+    return value if math.isfinite(value) else None
+
+
+# --- the page ---
+
+
+def page(found: Comparison, recipe: str = "") -> str:
+    """The page as text."""
+    try:
+        import jinja2
+    except ImportError as error:
+        raise MissingExtra("the page", "report") from error
+    here = Path(__file__).parent / "templates"
+    environment = jinja2.Environment(loader=jinja2.FileSystemLoader(here), autoescape=True, trim_blocks=True)
+    painted = plots.colours(found)
+    drawn = _drawn(found)
+    safe = jinja2.utils.markupsafe.Markup
+    notes: list[str] = []
+    rows = [_table_row(found, row, painted, notes) for row in found.ranked]
+    columns = found.columns
+    panels = _panels(found, painted, drawn)
+    text: str = environment.get_template("page.html").render(
+        found=found,
+        title=f"{found.name}: {found.headline()}",
+        truth=found.truth is not None,
+        noise_words=_noise_words(found),
+        noise_details=_noise_details(found),
+        bars=_bars(found, painted),
+        colourings=[c for c in _COLOURINGS if any(c.key in row.colours for row in found.rows)],
+        panels=panels,
+        display_note=_display_note(found, drawn),
+        columns=columns,
+        table=rows,
+        footnotes=notes,
+        sweep_note=_sweep_note(found),
+        curves=[safe(svg) for svg in plots.curves(found)],
+        tuned=_tuned(found, painted),
+        tuned_columns=_tuned_columns(found),
+        legend=[{"name": row.name, "colour": painted[row.name]} for row in found.rows if not row.failure],
+        waves=[safe(svg) for svg in plots.waves(found)],
+        calls=_calls(found),
+        recipe=recipe,
+        style=safe((here / "page.css").read_text(encoding="utf-8")),
+        script=safe((here / "page.js").read_text(encoding="utf-8")),
+        data=safe(json.dumps(_scene(found, drawn, panels), separators=(",", ":")).replace("<", "\\u003c")),
+    )
+    return text
+
+
+def _noise_words(found: Comparison) -> str:
+    level = found.noise.level / found.edge
+    added = "" if found.added is None else f" ({found.added:g} added on every coordinate, seed {found.seed})"
+    kind = "no noise to speak of" if found.noise.kind == "none" else f"{found.noise.kind} noise"
+    return f"{kind}, measured at {level:.3f} mean edges{added}"
+
+
+def _noise_details(found: Comparison) -> str:
+    noise = found.noise
+    low, level, high = (x / found.edge for x in (noise.low, noise.level, noise.high))
+    return (
+        f"Noise measured along the normals: {level:.4f} mean edges, between {low:.4f} and {high:.4f}, taken for "
+        f"{noise.kind}. The estimated errors of the table come from {found.probes} random perturbations, the same for "
+        "every filter; the uncertainty is the standard error over them and does not cover an error of the noise level. "
+        "Filters that choose a setting by themselves are held at what they chose for the mesh."
+    )
+
+
+def _bars(found: Comparison, painted: Mapping[str, str]) -> list[dict[str, Any]]:
+    given = found.rows[0].values["estimated_error"]
+    values = [row.values.get("estimated_error", 0.0) for row in found.rows]
+    # what is much worse than doing nothing leaves the picture
+    full = max([v for v in values if v <= 1.3 * given] or [given]) * 1.08 or 1.0
+    return [
+        {
+            "name": row.name,
+            "best": row is found.best,
+            "ours": row.competitor is not None and row.competitor.ours,
+            "given": row.competitor is None,
+            "failure": row.failure,
+            "width": min(100.0, round(100 * row.values.get("estimated_error", 0.0) / full, 2)),
+            "truth": round(100 * row.values["true_error"] / full, 2)
+            if row.values.get("true_error", math.inf) <= full
+            else None,
+            "colour": painted[row.name],
+            "shown": estimate_shown(row),
+        }
+        for row in found.ranked
+    ]
+
+
+def _winners(rows: Sequence[Mapping[str, float]], columns: Sequence[Measure]) -> dict[str, float]:
+    """The best value of each column in which some way is better."""
+    ways: dict[str, Callable[[list[float]], float]] = {
+        "low": min,
+        "high": max,
+        "zero": lambda values: min(values, key=abs),
+    }
+    found = {}
+    for column in columns:
+        values = [row[column.key] for row in rows if math.isfinite(row.get(column.key, math.nan))]
+        if column.better and values and column.key != "seconds":
+            found[column.key] = ways[column.better](values)
+    return found
+
+
+def _cells(
+    values: Mapping[str, float], columns: Sequence[Measure], winners: Mapping[str, float]
+) -> list[dict[str, Any]]:
+    cells = []
+    for m in columns:
+        value = values.get(m.key, math.nan)
+        sorted_by = abs(value) if m.better == "zero" else value
+        cells.append(
+            {
+                "shown": shown(m, value),
+                "value": f"{sorted_by:.9g}" if math.isfinite(value) else "",
+                "best": math.isfinite(value) and winners.get(m.key) == value,
+            }
+        )
+    return cells
+
+
+def _table_row(found: Comparison, row: Row, painted: Mapping[str, str], notes: list[str]) -> dict[str, Any]:
+    own = () if row.competitor is None else row.competitor.notes
+    notes += [note for note in own if note not in notes]
+    filters = [each.values for each in found.rows if each.competitor is not None]
+    cells = _cells(row.values, found.columns, _winners(filters, found.columns) if row.competitor is not None else {})
+    if cells and not row.failure:
+        cells[0]["shown"] = estimate_shown(row)
+    return {
+        "name": row.name,
+        "best": row is found.best,
+        "colour": painted[row.name],
+        "failure": row.failure,
+        "notes": " ".join(str(notes.index(note) + 1) for note in own),
+        "cells": cells,
+    }
+
+
+def _tuned_columns(found: Comparison) -> list[Measure]:
+    keys = {key for _, point in found.tuned for key in point.values}
+    return [m for m in MEASURES.values() if m.key in keys]
+
+
+def _tuned(found: Comparison, painted: Mapping[str, str]) -> list[dict[str, Any]]:
+    columns = _tuned_columns(found)
+    winners = _winners([point.values for _, point in found.tuned], columns)
+    return [
+        {
+            "name": point.call,
+            "colour": painted[curve.competitor.name],
+            "cells": _cells(point.values, columns, winners),
+        }
+        for curve, point in found.tuned
+    ]
+
+
+def _calls(found: Comparison) -> list[dict[str, str]]:
+    return [
+        {
+            "name": row.name,
+            "call": row.call,
+            "chosen": ", ".join(
+                f"{k} = {v:.4g}" if isinstance(v, float) else f"{k} = {v}" for k, v in row.chosen.items()
+            ),
+            "hash": row.hash,
+        }
+        for row in found.rows
+    ]
+
+
+def _sweep_note(found: Comparison) -> str:
+    if found.sample is None:
+        return ""
+    return (
+        f"On a mesh of this size this, and what follows on waves, is measured on a part of it, of "
+        f"{len(found.sample.vertices):,} vertices."
+    )
+
+
+# --- what is drawn ---
+
+
+def _drawn(found: Comparison) -> tuple[npt.NDArray[np.int64], Integers]:
+    """The vertices that are drawn, and the faces between them: all, or some that stand for those in their cells."""
+    V, F = found.given.vertices, found.given.faces
+    if len(V) <= _DRAWN:
+        return np.arange(len(V)), F
+    return clustered(V, F, _DRAWN)
+
+
+def clustered(V: Floats, F: Integers, most: int) -> tuple[npt.NDArray[np.int64], Integers]:
+    """Vertex clustering that keeps vertices: of those in one cell of a grid, the first stands for all.
+
+    Returns
+    -------
+    kept : (k,) int64
+        Vertices, at most about ``most``.
+    faces : (j, 3) int32
+        By numbers of the kept; those that collapsed or came twice are left out.
+    """
+    low, extent = V.min(axis=0), float(np.ptp(V, axis=0).max()) or 1.0
+    # the surface fills cells as the square of their number along a side
+    cells = math.sqrt(most) / 1.2
+    for _ in range(30):
+        at = np.floor((V - low) / extent * cells).astype(np.int64)
+        key = (at[:, 0] * 2**40) + (at[:, 1] * 2**20) + at[:, 2]
+        _, kept, stands = np.unique(key, return_index=True, return_inverse=True)
+        if len(kept) <= most:
+            break
+        cells *= 0.98 * math.sqrt(most / len(kept))
+    faces = stands.reshape(-1)[F].astype(np.int32)
+    a, b, c = faces.T
+    faces = faces[(a != b) & (b != c) & (c != a)]
+    _, first = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
+    return kept, faces[np.sort(first)]
+
+
+def _display_note(found: Comparison, drawn: tuple[npt.NDArray[np.int64], Integers]) -> str:
+    kept, n = len(drawn[0]), len(found.given.vertices)
+    if kept == n:
+        return ""
+    return (
+        f"For the display only, the {n:,} vertices are thinned out to {kept:,}; all figures are of the whole mesh, and "
+        "the meshes beside this page are whole, too."
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Shape:
+    """What a panel shows."""
+
+    name: str
+    surface: Surface
+    values: Mapping[str, Floats]
+    row: Row | None
+
+
+def _shapes(found: Comparison) -> list[_Shape]:
+    """As given, the truth if it has the same faces, then the results, best first."""
+    given = found.rows[0]
+    shapes = [_Shape("as given", found.given, given.colours, given)]
+    if found.truth is not None and np.array_equal(found.truth.faces, found.given.faces):
+        flat = np.zeros(len(found.truth.vertices))
+        shapes.append(_Shape("the truth", found.truth, {"error": flat}, None))
+    shapes += [
+        _Shape(row.name, row.surface, row.colours, row)
+        for row in found.ranked
+        if row.surface is not None and row is not given
+    ]
+    return shapes
+
+
+def _panels(
+    found: Comparison, painted: Mapping[str, str], drawn: tuple[npt.NDArray[np.int64], Integers]
+) -> list[dict[str, Any]]:
+    shapes = _shapes(found)
+    pictures = _pictures(found, shapes[:_PICTURED], drawn)
+    return [
+        {
+            "name": shape.name,
+            "colour": plots.TRUTH if shape.row is None else painted[shape.name],
+            "caption": "" if shape.row is None else _caption(shape.row),
+            "shown": i < _SHOWN,
+            "picture": pictures[i] if i < len(pictures) else "",
+        }
+        for i, shape in enumerate(shapes)
+    ]
+
+
+def _caption(row: Row) -> str:
+    text = f"error {shown(MEASURES['estimated_error'], row.values['estimated_error'])}"
+    if "true_error" in row.values:
+        text += f", in truth {shown(MEASURES['true_error'], row.values['true_error'])}"
+    return text
+
+
+def _pictures(found: Comparison, shapes: Sequence[_Shape], drawn: tuple[npt.NDArray[np.int64], Integers]) -> list[str]:
+    """PNGs: the whole and a close-up, one below the other."""
+    kept, faces = drawn
+    reference = Surface(shapes[0].surface.vertices[kept], faces)
+    view = front(reference)
+    views = [view, close_up(view, _eye_catcher(found), 0.28)]
+    encoded = []
+    with tempfile.TemporaryDirectory(prefix="specsmooth-") as folder:
+        path = Path(folder) / "panel.png"
+        for shape in shapes:
+            picture(path, [Panel("", Surface(shape.surface.vertices[kept], faces))], views)
+            encoded.append("data:image/png;base64," + _text(path.read_bytes()))
+    return encoded
+
+
+def _eye_catcher(found: Comparison) -> Floats:
+    """A point on the side that is seen first, where the surface bends most."""
+    best = found.best if found.best.surface is not None else found.rows[0]
+    surface, bent = best.surface or found.given, np.abs(best.colours["curvature"])
+    V, view = surface.vertices, front(surface)
+    towards = view.direction / np.linalg.norm(view.direction)
+    depth = V @ towards
+    cells = np.floor((V - V.min(axis=0)) / (0.1 * float(np.ptp(V, axis=0).max()) or 1.0)).astype(np.int64)
+    _, which = np.unique(cells, axis=0, return_inverse=True)
+    which = which.reshape(-1)
+    # mean bending of a tenth-wide cell, by how near to the eye it is
+    count = np.bincount(which)
+    mean = np.bincount(which, np.minimum(bent, np.quantile(bent, 0.95))) / count
+    near = (np.bincount(which, depth) / count - depth.min()) / (float(np.ptp(depth)) or 1.0)
+    chosen = int(np.argmax(mean * near**2 * np.minimum(count / count.mean(), 1.0)))
+    middle = V[which == chosen].mean(axis=0)
+    return np.asarray(V[np.argmin(((V - middle) ** 2).sum(axis=1))])
+
+
+def _scene(
+    found: Comparison,
+    drawn: tuple[npt.NDArray[np.int64], Integers],
+    panels: Sequence[Mapping[str, Any]],
+) -> dict[str, Any]:
+    """The meshes, quantised, for the script of the page."""
+    kept, faces = drawn
+    shapes = _shapes(found)
+    low, high = found.given.vertices.min(axis=0), found.given.vertices.max(axis=0)
+    margin = 0.05 * (high - low).max()  # what leaves this box is drawn at its walls
+    low, size = low - margin, np.maximum(high - low + 2 * margin, 1e-300)
+    extent = float(size.max())
+    unit = 1 / extent  # the script's numbers are about 1
+    wide = len(kept) > 2**16
+    scales = {c.key: (c, *_range(found, c)) for c in _COLOURINGS if any(c.key in row.colours for row in found.rows)}
+    meshes = []
+    for shape in shapes:
+        inside = np.clip((shape.surface.vertices[kept] - low) / size, 0, 1)
+        values = {
+            key: _text(
+                np.round(255 * np.clip((shape.values[key][kept] - a) / (b - a), 0, 1)).astype(np.uint8).tobytes()
+            )
+            for key, (_, a, b) in scales.items()
+            if key in shape.values
+        }
+        positions = np.round(_STEPS * inside).astype("<u2")
+        meshes.append({"positions": _text(positions.tobytes()), "values": values})
+    catcher = (_eye_catcher(found) - (low + size / 2)) * unit
+    return {
+        "corners": int(faces.size),
+        "wide": wide,
+        "faces": _text(faces.astype("<u4" if wide else "<u2").tobytes()),
+        "before": 0,
+        "meshes": meshes,
+        "size": (size * unit).tolist(),
+        "middle": (size * unit / 2).tolist(),
+        "radius": float(np.linalg.norm(size * unit)) / 2,
+        "height": 1.08 * float(np.ptp(found.given.vertices, axis=0).max()) * unit,
+        "close": catcher.tolist(),
+        "scales": {
+            key: {"low": f"{a:.2g}", "high": f"{b:.2g}", "unit": c.unit, "ramp": _text(_ramp(c).tobytes())}
+            for key, (c, a, b) in scales.items()
+        },
+    }
+
+
+def _range(found: Comparison, colouring: _Colouring) -> tuple[float, float]:
+    """The common scale of all panels: from the results, and the mesh as given, that are not far astray."""
+    limit = 1.1 * found.rows[0].values["estimated_error"]
+    rows = [row for row in found.rows if row.values.get("estimated_error", math.inf) <= limit]
+    values = np.concatenate([np.abs(row.colours[colouring.key]) for row in rows if colouring.key in row.colours])
+    high = float(np.quantile(values, _QUANTILE)) or 1.0
+    return (-high if colouring.signed else 0.0), high
+
+
+def _ramp(colouring: _Colouring) -> npt.NDArray[np.uint8]:
+    """(256, 3) colours."""
+    import matplotlib
+
+    return np.round(255 * matplotlib.colormaps[colouring.map](np.linspace(0, 1, 256))[:, :3]).astype(np.uint8)
+
+
+def _text(data: bytes) -> str:
+    return base64.b64encode(data).decode("ascii")
+
+
+# --- MeshLab's own window ---
+
+
+def _layers(found: Comparison) -> list[projects.Layer]:
+    """One layer a result; quality is the error where the truth is known, else the distance moved."""
+    colouring = next(c for c in _COLOURINGS if any(c.key in row.colours for row in found.rows))
+    low, high = _range(found, colouring)
+    layers = []
+    for i, shape in enumerate(_shapes(found)):
+        quality = shape.values.get(colouring.key, np.zeros(len(shape.surface.vertices)))
+        label = shape.name if shape.row is None or not shape.row.call else f"{shape.name}: {shape.row.call}"
+        colours = _warmth((quality - low) / (high - low))
+        # all at one place: those that are hidden are a click away
+        layers.append(projects.Layer(label, f"{_file_name(shape.name)}.ply", shape.surface, quality, colours, i == 0))
+    return layers
+
+
+def _file_name(name: str) -> str:
+    return "".join(c if c.isalnum() else "_" for c in name.lower()).strip("_")[:40]
+
+
+def _warmth(share: Floats) -> Floats:
+    """Blue over white to red, (n, 3) for n shares in [0, 1]."""
+    ends = np.array([[0.23, 0.30, 0.75], [0.87, 0.87, 0.87], [0.71, 0.02, 0.15]])
+    x = np.clip(share, 0, 1)
+    return np.stack([np.interp(x, [0, 0.5, 1], column) for column in ends.T], axis=1)

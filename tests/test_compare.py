@@ -1,0 +1,356 @@
+import json
+
+import numpy as np
+import pymeshlab
+import pytest
+
+import meshlab_specsmooth as mss
+from meshlab_specsmooth.bridge import child, meshset, projects
+from meshlab_specsmooth.bridge.filters import FILTERS
+from meshlab_specsmooth.bridge.measures import hausdorff, self_intersections
+from meshlab_specsmooth.cli import main
+from meshlab_specsmooth.compare import experiment, metrics, noise, shape
+from meshlab_specsmooth.compare.competitors import COMPETITORS, competitors
+from meshlab_specsmooth.compare.distances import distances
+from meshlab_specsmooth.compare.shape import Ruler
+from meshlab_specsmooth.descriptors import Length
+from meshlab_specsmooth.errors import FilterFailed
+from tests.meshes import rough, sheet, together, torus
+
+CLEAN = mss.Surface(*torus(60, 40))
+QUICK = ["umbrella", "taubin", "hc", "low-pass", "automatic"]
+
+
+@pytest.fixture(scope="module")
+def found():
+    return mss.compare(CLEAN, noise=0.2, filters=[*QUICK, "compute_mls_projection_apss"])
+
+
+# --- measures ---
+
+
+def test_hausdorff_and_volume_agree_with_meshlab_and_with_exact_distances():
+    rough_one = mss.Surface(*rough(torus(60, 40), 0.3))
+    exact = max(distances(rough_one.vertices, CLEAN).max(), distances(CLEAN.vertices, rough_one).max())
+    assert hausdorff(rough_one, CLEAN) == pytest.approx(exact, rel=1e-5)
+    volumes = []
+    for surface in (CLEAN, rough_one):
+        ms = meshset.new(surface.vertices, surface.faces)
+        volumes.append(ms.get_geometric_measures()["mesh_volume"])
+    assert metrics.volume_change(rough_one, CLEAN) == pytest.approx(100 * (volumes[1] / volumes[0] - 1), rel=1e-4)
+
+
+def test_area_agrees_with_meshlab():
+    ms = meshset.new(CLEAN.vertices, CLEAN.faces)
+    assert shape.area(CLEAN) == pytest.approx(ms.get_geometric_measures()["surface_area"], rel=1e-5)
+
+
+def test_boundary_length_is_that_of_the_rim():
+    V, F = sheet(5, 4)
+    V[:, 2] = 0
+    assert shape.boundary_length(mss.Surface(V, F)) == pytest.approx(2 * (4 + 3))
+    assert shape.boundary_length(CLEAN) == 0
+
+
+def test_faces_that_run_through_others_are_counted():
+    V = np.array([[0.0, 0, 0], [2, 0, 0], [0, 2, 0], [0.5, 0.5, -1], [0.5, 0.5, 1], [0.6, 0.4, 1]])
+    assert self_intersections(mss.Surface(V, [[0, 1, 2], [3, 4, 5]])) == 2
+    assert self_intersections(CLEAN) == 0
+
+
+@pytest.mark.parametrize("level", [0.1, 0.3])
+def test_the_ruler_sees_white_noise_at_its_level_and_hardly_any_shape(level):
+    fine = mss.Surface(*torus(160, 100))
+    ruler = Ruler.of(fine, fine)
+    assert ruler.noise_left(fine) < 0.01
+    for kind in (noise.gaussian, noise.along_normals):
+        noisy = mss.Surface(kind(fine, level, 1), fine.faces)
+        assert ruler.noise_left(noisy) == pytest.approx(level, rel=0.03)
+        unknown = Ruler.of(noisy, noisy)  # noise makes edges longer
+        assert unknown.noise_left(noisy) * unknown.edge == pytest.approx(level * ruler.edge, rel=0.05)
+
+
+def test_the_ruler_sees_what_moves_and_not_what_is_noise():
+    edge = Ruler.of(CLEAN, CLEAN).edge
+    grown = mss.Surface(CLEAN.vertices + 0.5 * edge * Ruler.of(CLEAN, CLEAN).normals, CLEAN.faces)
+    ruler = Ruler.of(CLEAN, CLEAN)
+    assert ruler.offset(grown) == pytest.approx(0.5, rel=1e-3)
+    assert ruler.displacement(grown) == pytest.approx(0.5, rel=1e-9)
+    assert ruler.feature_loss(grown) == pytest.approx(0.5, rel=0.1)
+    assert ruler.feature_loss(mss.Surface(*rough(torus(60, 40), 0.5))) < 0.15
+    assert ruler.noise_left(grown) < 0.02 + ruler.noise_left(CLEAN)
+
+
+@pytest.mark.parametrize("factor", [1e-6, 1e6])
+def test_measures_do_not_depend_on_the_unit(factor):
+    V, F = rough(torus(20, 12))
+    plain, scaled = (mss.Surface(f * V, F) for f in (1.0, factor))
+    # not a clean torus: there all vertices of a ring curve alike, and rounding says which are the features
+    clean = [mss.Surface(f * rough(torus(20, 12), 0.1, seed=3)[0], F) for f in (1.0, factor)]
+    for name in ("noise_left", "feature_loss", "offset", "displacement"):
+        a, b = (getattr(Ruler.of(c, c), name)(s) for c, s in zip(clean, (plain, scaled), strict=True))
+        assert b == pytest.approx(a, rel=1e-8, abs=1e-12)
+    assert shape.triangle_quality(scaled) == pytest.approx(shape.triangle_quality(plain))
+    assert shape.dihedral_deviation(scaled) == pytest.approx(shape.dihedral_deviation(plain))
+
+
+# --- filters in a process of their own ---
+
+
+def test_a_child_gives_what_the_filter_gives_here_and_survives_one_that_crashes():
+    V, F = rough(torus(20, 12))
+    with child.Child(F) as process:
+        expected = child.run(V, F, "apply_coord_taubin_smoothing", {"stepsmoothnum": 3})
+        got = process.run(V, "apply_coord_taubin_smoothing", {"stepsmoothnum": 3})
+        assert np.array_equal(got.vertices, expected.vertices)
+        with pytest.raises(FilterFailed, match="crashed: its process"):
+            process.run(V, "compute_mls_projection_apss", {})
+        with pytest.raises(FilterFailed, match="Parameter x not found"):
+            process.run(V, "apply_coord_taubin_smoothing", {"x": 1})
+        twice = process.run(V, "apply_coord_hc_laplacian_smoothing", {}, times=2)
+        once = child.run(V, F, "apply_coord_hc_laplacian_smoothing", {})
+        again = child.run(once.vertices, F, "apply_coord_hc_laplacian_smoothing", {})
+        assert twice.vertices == pytest.approx(again.vertices, abs=1e-12)
+        assert process.run(V, "apply_coord_spectral_smoothing", {}).output["barycenter_weight"] > 0
+
+
+def test_a_filter_that_takes_too_long_or_changes_the_faces_fails():
+    V, F = rough(torus(20, 12))
+    with child.Child(F, patience=0.01) as process, pytest.raises(FilterFailed, match=r"took more than 0\.01 s"):
+        process.run(V, "apply_coord_taubin_smoothing", {})
+    with pytest.raises(FilterFailed, match="made .* vertices and .* faces"):
+        child.run(V, F, "meshing_surface_subdivision_midpoint", {"iterations": 1})
+
+
+def test_shares_of_the_diagonal_are_meshlab_s_percentages():
+    V, F = rough(torus(20, 12))
+    ms = meshset.new(V, F)
+    ms.apply_coord_laplacian_smoothing_scale_dependent(delta=pymeshlab.PercentageValue(0.3))
+    ran = child.run(V, F, "apply_coord_laplacian_smoothing_scale_dependent", {"delta": Length(0.003)})
+    assert np.array_equal(ran.vertices, ms.current_mesh().vertex_matrix())
+
+
+# --- who is compared ---
+
+
+def test_every_short_name_is_a_filter_and_its_strengths_are_its_parameters():
+    V, F = rough(torus(20, 12))
+    known = {*pymeshlab.filter_list(), *FILTERS}
+    for key, competitor in COMPETITORS.items():
+        assert competitor.key == key
+        assert competitor.filter in known
+        gentle = competitor.at(competitor.strength.values[0], len(V))
+        ran = child.run(V, F, gentle.filter, gentle.parameters, gentle.times)
+        assert ran.vertices.shape == V.shape
+
+
+@pytest.mark.parametrize(
+    "wrong", ["taubn", "f(", "apply_coord_taubin_smoothing(3)", "apply_coord_x(a=open('x'))", "a.b(c=1)"]
+)
+def test_what_is_no_filter_is_refused(wrong):
+    with pytest.raises(mss.InvalidParameter, match="it must be one of laplacian"):
+        competitors([wrong])
+
+
+def test_filters_are_named_once_and_at_least_one():
+    with pytest.raises(mss.InvalidParameter, match="twice"):
+        competitors(["taubin", "taubin"])
+    with pytest.raises(mss.InvalidParameter, match="empty"):
+        competitors([])
+
+
+# --- the comparison ---
+
+
+def test_rows_are_what_the_filters_give(found):
+    V = found.given.vertices
+    rows = {row.name: row for row in found.rows}
+    for key in ("taubin", "automatic"):
+        competitor = COMPETITORS[key]
+        expected = child.run(V, CLEAN.faces, competitor.filter, competitor.parameters)
+        row = rows[competitor.name]
+        # ours sums over threads
+        assert row.surface.vertices == pytest.approx(expected.vertices, abs=1e-9)
+        assert row.values["normal_error"] == pytest.approx(metrics.normal_error(row.surface, CLEAN))
+        assert row.values["surface_error"] == pytest.approx(metrics.surface_error(row.surface, CLEAN))
+        assert row.values["volume"] == pytest.approx(metrics.volume_change(row.surface, CLEAN))
+    given = rows["as given"].values
+    assert given["estimated_error"] == pytest.approx(found.noise.level / found.edge)
+    assert given["noise_removed"] == 0
+    assert given["displacement"] == 0
+
+
+def test_a_filter_that_crashes_is_a_row_that_says_so(found):
+    row = found.rows[-1]
+    assert row.failure.startswith("crashed")
+    assert row.surface is None
+    assert row is found.ranked[-1]
+    assert any("Failed on this mesh: compute_mls_projection_apss" in reason for reason in found.reasons())
+    assert "crashed" in str(found)
+    assert "crashed" in found._repr_html_()
+
+
+def test_estimated_errors_are_near_the_true_ones_and_rank_alike(found):
+    rows = [row for row in found.rows if not row.failure]
+    for row in rows:
+        assert row.values["estimated_error"] == pytest.approx(row.values["true_error"], rel=0.1, abs=0.03)
+    assert found.correlation > 0.99
+    assert found.best is min(rows, key=lambda row: row.values["true_error"])
+    assert found.headline() == f"Take {found.best.name}"
+    assert found.best.behind == 0
+
+
+def test_strengths_remove_more_and_more_noise(found):
+    for curve in found.curves:
+        removed = [point.values["noise_removed"] for point in curve.points]
+        assert len(removed) > 2
+        assert removed[-1] > removed[0]
+    curve, point = found.tuned[0]
+    assert point in curve.points
+
+
+def test_transfer_functions_are_those_of_the_filters(found):
+    """Ten of Taubin's steps are ((1 - 0.5 l) (1 + 0.53 l))^10.
+
+    MeshLab's umbrella counts each neighbour twice and the vertex itself once: at valence 6 a step is 1 - 12/13 l.
+    """
+    measured = {row.competitor.key: row.response for row in found.rows[1:-1]}
+    x = found.eigenvalues
+    inner = x > 0.1  # below there are a few waves a band
+    assert measured["umbrella"][inner] == pytest.approx((1 - 12 / 13 * x[inner]) ** 3, abs=0.04)
+    taubin = ((1 - 0.5 * x) * (1 + 0.53 * x)) ** 10
+    assert measured["taubin"][inner] == pytest.approx(taubin[inner], abs=0.08)
+    assert np.abs(measured["low-pass"][x > 0.5]).max() < 0.05
+    assert measured["automatic"][0] > 0.8
+
+
+def test_the_input_is_as_it_was(found):
+    ms = meshset.new(*rough(torus(20, 12)))
+    ms.compute_selection_by_condition_per_face(condselect="fi < 20")
+    before = ms.current_mesh().vertex_matrix()
+    compared = mss.compare(ms, filters=["taubin"])
+    assert np.array_equal(ms.current_mesh().vertex_matrix(), before)
+    assert ms.current_mesh().selected_face_number() == 20
+    # all of the mesh is smoothed, not what is selected alone
+    assert (compared.rows[1].colours["displacement"] > 0).all()
+
+
+def test_an_open_mesh_of_several_components_without_the_truth():
+    V, F = together(rough(sheet(40, 30), 0.2), (torus(20, 12)[0] + 60, torus(20, 12)[1]))
+    compared = mss.compare((V, F), filters=["taubin", "automatic"])
+    values = compared.rows[1].values
+    assert "boundary" in values
+    assert not {"volume", "true_error", "surface_error"} & set(values)
+    assert np.isnan(compared.correlation)
+
+
+def test_a_truth_with_other_faces_gives_what_needs_no_correspondence():
+    V, F = rough(torus(40, 24))
+    compared = mss.compare((V, F), ground_truth=torus(80, 48), filters=["taubin"])
+    assert {"surface_error", "hausdorff"} <= set(compared.rows[1].values)
+    assert not {"vertex_error", "true_error"} & set(compared.rows[1].values)
+
+
+def test_a_clean_mesh_is_to_be_left_alone():
+    compared = mss.compare(mss.Surface(*torus(120, 80)), filters=["laplacian"])
+    assert compared.best is compared.rows[0]
+    assert compared.headline().startswith("Leave it as it is")
+
+
+def test_large_meshes_are_swept_on_a_part(monkeypatch):
+    monkeypatch.setattr(experiment, "_WHOLE", 1000)
+    monkeypatch.setattr(experiment, "_SAMPLE", 700)
+    compared = experiment.experiment(CLEAN, added=0.2, filters=["taubin", "scale-dependent"])
+    assert len(compared.sample.vertices) == 700
+    assert compared.rows[1].surface.vertices.shape == CLEAN.vertices.shape
+    assert compared.rows[1].response is not None
+    assert np.isnan(compared.rows[1].uncertainty)  # one probe says nothing of its scatter
+    assert len(compared.curves[0].points) > 2
+
+
+def test_wrong_arguments_are_refused():
+    with pytest.raises(mss.InvalidParameter, match="noise and ground_truth are both given"):
+        mss.compare(CLEAN, ground_truth=CLEAN, noise=0.1)
+    with pytest.raises(mss.InvalidParameter, match="noise is -1"):
+        mss.compare(CLEAN, noise=-1)
+    with pytest.raises(mss.InvalidParameter, match="seed is -1"):
+        mss.compare(CLEAN, seed=-1)
+    with pytest.raises(mss.InvalidParameter, match="mesh is a int"):
+        mss.compare(3)
+    with pytest.raises(mss.InvalidSurface, match="no edge of any length"):
+        mss.compare((np.zeros((3, 3)), [[0, 1, 2]]))
+
+
+def test_progress_rises_to_one_and_what_it_raises_ends_the_run():
+    fractions = []
+    mss.compare(rough(torus(20, 12)), filters=["taubin"], progress=fractions.append)
+    assert fractions == sorted(fractions)
+    assert fractions[-1] == 1
+
+    def stop(fraction):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        mss.compare(rough(torus(20, 12)), filters=["taubin"], progress=stop)
+
+
+# --- for MeshLab's own window ---
+
+
+def test_a_project_opens_with_its_layers(tmp_path):
+    V, F = torus(20, 12)
+    quality, colours = np.linspace(0, 1, len(V)), np.random.default_rng(0).random((len(V), 3))
+    layers = [
+        projects.Layer(name, f"{i}.ply", mss.Surface(V, F), quality, colours) for i, name in enumerate(('a <"b">', "c"))
+    ]
+    projects.write(tmp_path / "p.mlp", layers)
+    ms = pymeshlab.MeshSet()
+    ms.load_project(str(tmp_path / "p.mlp"))
+    assert [mesh.label() for mesh in ms] == ['a <"b">', "c"]
+    assert ms.mesh(0).vertex_matrix() == pytest.approx(V, abs=1e-12)
+    assert ms.mesh(1).vertex_scalar_array() == pytest.approx(quality, abs=1e-6)
+    assert ms.mesh(1).vertex_color_matrix()[:, :3] == pytest.approx(colours, abs=1 / 255)
+
+
+# --- the command line ---
+
+
+@pytest.fixture
+def scan(tmp_path):
+    path = tmp_path / "scan.ply"
+    meshset.new(*rough(torus(30, 20))).save_current_mesh(str(path))
+    return path
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "words"),
+    [
+        (["SCAN"], 2, "required: --out"),
+        (["SCAN", "--out", "OUT", "--filters", "nope"], 2, "filters has 'nope'"),
+        (["SCAN", "--out", "OUT", "--noise", "0.1", "--ground-truth", "SCAN"], 2, "both given"),
+        (["NONE", "--out", "OUT"], 1, "no such file"),
+        (["SCAN", "--out", "SCAN"], 1, "cannot be made"),
+    ],
+)
+def test_errors_are_one_line(scan, tmp_path, capsys, arguments, code, words):
+    places = {"SCAN": str(scan), "OUT": str(tmp_path / "out"), "NONE": str(tmp_path / "none.ply")}
+    try:
+        got = main(["compare", *(places.get(a, a) for a in arguments)])
+    except SystemExit as error:
+        got = error.code
+    said = capsys.readouterr().err.splitlines()
+    assert (got, words in said[-1]) == (code, True)
+
+
+def test_without_the_extra_the_figures_are_there_and_the_message_names_it(scan, tmp_path, monkeypatch, capsys):
+    monkeypatch.setitem(__import__("sys").modules, "jinja2", None)
+    out = tmp_path / "out"
+    assert main(["compare", str(scan), "--out", str(out), "--filters", "taubin", "automatic"]) == 0
+    printed = capsys.readouterr()
+    assert "pip install 'meshlab-specsmooth[report]'" in printed.err
+    assert "MeshLab Taubin" in printed.out
+    assert not (out / "comparison.html").exists()
+    data = json.loads((out / "comparison.json").read_text())
+    assert [row["name"] for row in data["rows"]] == ["as given", "MeshLab Taubin", "ours, automatic"]
+    assert (out / "comparison.mlp").exists()
+    assert "MeshLab Taubin" in (out / "comparison.txt").read_text()

@@ -1,0 +1,222 @@
+"""The page in a real browser: headless Chromium, driven by Playwright."""
+
+import os
+import re
+import shutil
+
+import numpy as np
+import pymeshlab
+import pytest
+
+import meshlab_specsmooth as mss
+from meshlab_specsmooth.report import page
+from tests.meshes import rough, sheet, torus
+
+sync_api = pytest.importorskip("playwright.sync_api")
+pyvista = pytest.importorskip("pyvista")
+CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+in_a_browser = pytest.mark.skipif(
+    CHROMIUM is None,
+    reason="no Chromium here; scripts/test.py installs it where it may, else: apt-get install chromium",
+)
+FILTERS = ["taubin", "automatic", "compute_mls_projection_apss"]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    place = tmp_path_factory.mktemp("comparison")
+    mss.compare(mss.Surface(*torus(40, 24)), noise=0.2, filters=FILTERS, out=place, name="a <torus> & more")
+    return place
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with sync_api.sync_playwright() as playwright:
+        # WebGL by SwiftShader, on the processor
+        flags = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"]
+        if hasattr(os, "geteuid") and os.geteuid() == 0:
+            flags.append("--no-sandbox")
+        started = playwright.chromium.launch(executable_path=CHROMIUM, args=flags)
+        yield started
+        started.close()
+
+
+@pytest.fixture
+def opened(browser, folder):
+    """The page in a window, with what it said and what it asked for."""
+    window = browser.new_page(viewport={"width": 1400, "height": 1000})
+    window.said, window.requests = [], []
+    window.on("console", lambda message: window.said.append(message.text))
+    window.on("pageerror", lambda error: window.said.append(str(error)))
+    window.on("request", lambda request: window.requests.append(request.url))
+    window.goto((folder / "comparison.html").as_uri())
+    window.wait_for_function("window.specsmooth && specsmooth.state.frames > 0")
+    yield window
+    # all that is loaded is the page itself: and whatever a test did, nothing complained
+    assert [url for url in window.requests if not url.startswith("data:")] == [(folder / "comparison.html").as_uri()]
+    assert window.said == []
+    window.close()
+
+
+def pixels(window, index, tmp_path):
+    """What a panel shows, (h, w, 3)."""
+    window.wait_for_timeout(150)
+    path = tmp_path / "cell.png"
+    window.locator(f".cell[data-panel='{index}']").screenshot(path=str(path))
+    image = pyvista.read(path)
+    width, height, _ = image.dimensions
+    return np.asarray(image.active_scalars).reshape(height, width, -1)[..., :3].astype(float)[::-1]
+
+
+def drawn(image):
+    """The part below the name."""
+    return image[45:-5, 5:-5]
+
+
+@in_a_browser
+def test_every_panel_shows_its_surface(opened, tmp_path):
+    roughness = []
+    cells = opened.locator(".cell")
+    assert cells.count() == 4  # as given, the truth, and those that did not crash
+    for i in range(cells.count()):
+        image = drawn(pixels(opened, i, tmp_path))
+        surface = (image < 250).any(axis=2)
+        assert 0.15 < surface.mean() < 0.8
+        inside = surface[:, 1:] & surface[:, :-1]
+        roughness.append(np.abs(np.diff(image.mean(axis=2), axis=1))[inside].mean())
+    assert roughness[0] == max(roughness)  # flat shading shows the noise
+    assert roughness[0] > 2 * roughness[1]
+
+
+@in_a_browser
+def test_dragging_one_turns_all(opened, tmp_path):
+    before = [drawn(pixels(opened, i, tmp_path)) for i in range(4)]
+    box = opened.locator(".cell[data-panel='2']").bounding_box()
+    opened.mouse.move(box["x"] + 150, box["y"] + 180)
+    opened.mouse.down()
+    opened.mouse.move(box["x"] + 230, box["y"] + 120, steps=4)
+    opened.mouse.up()
+    after = [drawn(pixels(opened, i, tmp_path)) for i in range(4)]
+    assert all(np.abs(a - b).mean() > 5 for a, b in zip(before, after, strict=True))
+    # all from the same direction: the silhouettes are those of one torus
+    shapes = [(image < 250).any(axis=2) for image in after]
+    assert all((shape != shapes[1]).mean() < 0.06 for shape in shapes)
+    opened.click("#reset")
+    back = [drawn(pixels(opened, i, tmp_path)) for i in range(4)]
+    assert all(np.array_equal(a, b) for a, b in zip(before, back, strict=True))
+
+
+@in_a_browser
+def test_before_and_after(opened, tmp_path):
+    given, smoothed = (drawn(pixels(opened, i, tmp_path)) for i in (0, 2))
+    opened.click("#flip")
+    assert np.abs(drawn(pixels(opened, 2, tmp_path)) - given).mean() < 2
+    assert opened.locator("#mix").input_value() == "0"
+    opened.click("#flip")
+    assert np.array_equal(drawn(pixels(opened, 2, tmp_path)), smoothed)
+
+
+@in_a_browser
+@pytest.mark.parametrize("key", ["error", "displacement", "curvature"])
+def test_colours_have_a_common_scale_and_a_legend(opened, tmp_path, key):
+    assert opened.locator("#legend").is_hidden()
+    opened.select_option("#colour", key)
+    image = drawn(pixels(opened, 0, tmp_path))
+    surface = (image < 250).any(axis=2)
+    saturation = np.ptp(image, axis=2)[surface]
+    assert saturation.mean() > 40
+    assert opened.locator("#legend").is_visible()
+    low, high = (float(opened.locator(x).inner_text()) for x in ("#low", "#high"))
+    assert low < high
+    assert low == (-high if key == "curvature" else 0)
+    if key == "error":  # viridis: the truth is dark, the mesh as given bright
+        assert image[surface].mean() > 1.5 * drawn(pixels(opened, 1, tmp_path))[surface].mean()
+
+
+@in_a_browser
+def test_tables_sort_and_what_failed_stays_last(opened):
+    table = opened.locator("table.sortable").first
+    column = table.locator("thead th").all_inner_texts().index("normals off\ndegrees")
+    for direction in (1, -1):
+        table.locator("thead th").nth(column).click()
+        rows = table.locator("tbody tr")
+        assert "crashed" in rows.last.inner_text()
+        values = [float(rows.nth(i).locator("td").nth(column - 1).inner_text()) for i in range(rows.count() - 1)]
+        assert values == sorted(values, reverse=direction < 0)
+
+
+@in_a_browser
+def test_panels_come_and_go(opened):
+    opened.locator(".chips input").nth(1).uncheck()
+    assert opened.locator(".cell").nth(1).is_hidden()
+    opened.locator(".chips input").nth(1).check()
+    assert opened.locator(".cell").nth(1).is_visible()
+
+
+@in_a_browser
+def test_in_print_there_are_pictures_in_place_of_views(opened):
+    assert opened.locator("#pictures").is_hidden()
+    opened.emulate_media(media="print")
+    assert opened.locator("#pictures img").count() == 4
+    assert opened.locator("#pictures").is_visible()
+    assert opened.locator("#views").is_hidden()
+    assert all(opened.evaluate("[...document.querySelectorAll('#pictures img')].map(i => i.naturalWidth > 100)"))
+
+
+@in_a_browser
+def test_without_webgl_there_are_pictures(browser, folder):
+    window = browser.new_page()
+    window.add_init_script("HTMLCanvasElement.prototype.getContext = () => null")
+    window.goto((folder / "comparison.html").as_uri())
+    assert window.locator("#pictures").is_visible()
+    assert window.locator("#nogl").is_visible()
+    assert window.locator("#views").is_hidden()
+    window.close()
+
+
+def test_the_page_says_what_is_needed_to_do_it_again(folder):
+    text = (folder / "comparison.html").read_text(encoding="utf-8")
+    assert "a &lt;torus&gt; &amp; more" in text
+    assert "<torus>" not in text
+    assert "ms.apply_coord_taubin_smoothing()" in text
+    assert "crashed: its process" in text
+    assert mss.__version__ in text
+    assert pymeshlab.__version__ in text if hasattr(pymeshlab, "__version__") else "pymeshlab" in text
+    assert re.search(r'<code title="[0-9a-f]{64}">', text)
+    # no address but those of SVG's vocabularies
+    assert set(re.findall(r"https?://[\w.]+", text)) <= {
+        "http://www.w3.org",
+        "http://creativecommons.org",
+        "http://purl.org",
+    }
+
+
+def test_the_project_has_a_layer_a_result_with_its_error(folder):
+    ms = pymeshlab.MeshSet()
+    ms.load_project(str(folder / "comparison.mlp"))
+    labels = [mesh.label() for mesh in ms]
+    assert labels[:2] == ["as given", "the truth"]
+    assert "MeshLab Taubin: ms.apply_coord_taubin_smoothing()" in labels
+    assert len(labels) == 4
+    assert ms.mesh(1).vertex_scalar_array().max() == 0
+    assert ms.mesh(0).vertex_scalar_array().max() > 0
+    assert ms.mesh(0).has_vertex_color()
+
+
+def test_large_meshes_are_thinned_out_for_the_display_alone():
+    V, F = torus(200, 120)
+    kept, faces = page.clustered(V, F.astype(np.int32), 5000)
+    assert 2000 < len(kept) <= 5000
+    thin = mss.Surface(V[kept], faces)
+    area = [
+        np.linalg.norm(np.cross(*(W[f[:, i]] - W[f[:, 0]] for i in (1, 2))), axis=1).sum()
+        for W, f in ((V, F), (thin.vertices, thin.faces))
+    ]
+    assert area[1] == pytest.approx(area[0], rel=0.05)
+
+
+def test_a_page_of_a_large_mesh_says_so(tmp_path, monkeypatch):
+    monkeypatch.setattr(page, "_DRAWN", 500)
+    mss.compare(rough(sheet(40, 30)), filters=["taubin"], out=tmp_path)
+    text = (tmp_path / "comparison.html").read_text(encoding="utf-8")
+    assert "For the display only, the 1,200 vertices are thinned out" in text
