@@ -1,14 +1,19 @@
 """Spectral mesh smoothing with barycentre constraints, as a filter for pymeshlab.
 
-Arrays in, arrays out: :func:`smooth`, :func:`low_pass`, :func:`enhance`, :func:`prepare`, :func:`spectrum`. MeshSets,
-in place, as a MeshLab filter does it: :func:`apply_coord_spectral_smoothing` and the others of its kind, as functions
+Arrays in, arrays out: :func:`smooth`, :func:`low_pass`, :func:`enhance`, :func:`prepare`, :func:`spectrum`. Many
+files: :func:`batch`. MeshSets, in place, as a MeshLab filter does it: :func:`apply_coord_spectral_smoothing` and the
+others of its kind, as functions
 of a MeshSet, as methods of :class:`MeshSet`, or after :func:`register` as methods of pymeshlab's own.
 """
 
+from meshlab_specsmooth.batch.many import batch
+from meshlab_specsmooth.batch.summary import BatchSummary
+from meshlab_specsmooth.batch.work import Outcome
 from meshlab_specsmooth.bridge import filters as _filters
 from meshlab_specsmooth.bridge.filters import *  # noqa: F403 (each filter, by its name)
 from meshlab_specsmooth.bridge.registry import MeshSet, register, unregister
 from meshlab_specsmooth.errors import (
+    ClusterError,
     FileError,
     InvalidParameter,
     InvalidSurface,
@@ -28,6 +33,8 @@ __version__ = VERSION
 
 __all__ = [
     *_filters.__all__,
+    "BatchSummary",
+    "ClusterError",
     "FileError",
     "InvalidParameter",
     "InvalidSurface",
@@ -36,6 +43,7 @@ __all__ = [
     "MeshSetError",
     "MissingExtra",
     "NotConverged",
+    "Outcome",
     "Prepared",
     "SmoothingResult",
     "SpecsmoothError",
@@ -43,6 +51,7 @@ __all__ = [
     "Surface",
     "TooLarge",
     "__version__",
+    "batch",
     "enhance",
     "low_pass",
     "prepare",

@@ -26,10 +26,11 @@ ROOMS = [
     {"bridge"},
     {"compare"},
     {"report"},
+    {"batch"},
     {"cli"},
     {"__init__", "__main__"},
 ]
-HOME = {"pymeshlab": "bridge", "pyvista": "report", "tqdm": "cli", "numba": "graph"}
+HOME = {"pymeshlab": "bridge", "distributed": "batch", "pyvista": "report", "tqdm": "cli", "numba": "graph"}
 
 
 def room_of(path):

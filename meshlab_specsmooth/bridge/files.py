@@ -5,6 +5,8 @@ from __future__ import annotations
 import contextlib
 import filecmp
 import os
+import platform
+import re
 import shutil
 import tempfile
 from collections.abc import Iterable, Iterator
@@ -164,7 +166,7 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
     with (
         _as_file_error(target, "written"),
         Hold() as hold,
-        tempfile.TemporaryDirectory(prefix=".specsmooth-", dir=target.parent) as folder,
+        tempfile.TemporaryDirectory(prefix=_temporary_prefix(os.getpid()), dir=target.parent) as folder,
     ):
         part = Path(folder) / target.name
         yield part
@@ -174,6 +176,32 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
             place.parent.mkdir(parents=True, exist_ok=True)
             companion.replace(place)
         part.replace(target)
+
+
+def _temporary_prefix(process: int | str) -> str:
+    """How the temporary folders of a process of this machine begin."""
+    return f".specsmooth-{re.sub(r'[^A-Za-z0-9]', '_', platform.node())}-{process}-"
+
+
+def sweep(folder: str | os.PathLike[str]) -> None:
+    """Remove what processes of this machine, killed while they wrote into a folder, have left there."""
+    if os.name != "posix":  # elsewhere to ask for a process may end it
+        return
+    pattern = re.compile(re.escape(_temporary_prefix("")).replace(r"\-\-", "-([0-9]+)-") + ".*")
+    for left in Path(folder).glob(".specsmooth-*"):
+        match = pattern.fullmatch(left.name)
+        if match is not None and not _is_alive(int(match[1])):
+            shutil.rmtree(left, ignore_errors=True)
+
+
+def _is_alive(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:
+        pass
+    return True
 
 
 def _new_companions(part: Path, target: Path) -> list[Path]:
