@@ -55,7 +55,7 @@ def resolved_anywhere(descriptor: Descriptor, given: dict[str, Any]) -> dict[str
     triangle.add_mesh(pymeshlab.Mesh(np.eye(3), np.array([[0, 1, 2]])))
     try:
         values = resolve(descriptor, given, triangle)
-    except PyMeshLabException as error:
+    except (PyMeshLabException, InvalidEnumException) as error:  # the one is none of the other
         raise InvalidParameter(str(error)) from error
     shares = {name: _share(given[name]) for name in given}
     return {name: values[name] if share is None else share for name, share in shares.items()}
