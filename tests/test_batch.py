@@ -50,7 +50,7 @@ def outputs(out):
 @pytest.fixture
 def in_this_process(monkeypatch):
     """Processes take seconds to start; where they make no difference there are none."""
-    monkeypatch.setattr(local, "outcomes", lambda jobs, workers: (work.run(job) for job, _ in jobs))
+    monkeypatch.setattr(local, "outcomes", lambda jobs, workers, time_limit: (work.run(job) for job, _ in jobs))
 
 
 @pytest.fixture
@@ -64,6 +64,8 @@ def fake(job):
         os.kill(os.getpid(), 9)
     if "exits" in job.source:
         os._exit(3)
+    if "endless" in job.source:
+        time.sleep(100)
     if "garbles" in job.source:
         os.write(answers, b'{"half')
         os._exit(0)
@@ -127,14 +129,20 @@ def test_a_damaged_mesh_is_a_line_and_an_exit_code(tmp_path, capsys):
 @posix
 def test_a_mesh_that_takes_its_process_down_costs_no_other(tmp_path, workers_that_die):
     inputs = scans(tmp_path / "in", 3)
-    for name in ("killed", "exits", "garbles"):
+    for name in ("killed", "exits", "garbles", "endless"):
         shutil.copy(inputs / "scan0.ply", inputs / f"{name}.ply")
-    summary = batch(inputs, tmp_path / "out")
+    summary = batch(inputs, tmp_path / "out", time_limit=10.0)
     expected = {"scan0": "done", "scan1": "done", "scan2": "done"}
-    assert statuses(summary) == expected | {"killed": "crashed", "exits": "crashed", "garbles": "crashed"}
+    assert statuses(summary) == expected | {
+        "killed": "crashed",
+        "exits": "crashed",
+        "garbles": "crashed",
+        "endless": "crashed",
+    }
     reasons = {Path(outcome.input).stem: outcome.reason for outcome in summary.outcomes}
     assert "crashed (SIGKILL)" in reasons["killed"]
     assert "exit code 3" in reasons["exits"]
+    assert reasons["endless"] == "given up after 10 s"
     assert not summary.is_complete
 
 
@@ -192,6 +200,8 @@ def test_wrong_settings_are_refused_before_anything_is_done(tmp_path):
             batch(inputs, out, **wrong)
     with pytest.raises(mss.InvalidParameter, match="workers is 0"):
         batch(inputs, out, workers=0)
+    with pytest.raises(mss.InvalidParameter, match="time_limit is 0"):
+        batch(inputs, out, time_limit=0.0)
     assert not out.exists() or not list(out.iterdir())
 
 
@@ -234,7 +244,7 @@ def test_as_many_run_at_once_as_there_is_memory_for(monkeypatch):
     running, most = set(), [0]
 
     class Recorder(local._Worker):
-        def do(self, job, limit):
+        def do(self, job, limit, time_limit):
             running.add(job.source)
             most[0] = max(most[0], sum(local.bytes_needed(source, size) for source, size in sizes if source in running))
             time.sleep(0.01)
@@ -246,10 +256,10 @@ def test_as_many_run_at_once_as_there_is_memory_for(monkeypatch):
     monkeypatch.setattr(local, "_Worker", Recorder)
     monkeypatch.setattr(local.memory, "available", lambda: budget)
     jobs = [(Job(source, "", "", {}), size) for source, size in sizes]
-    assert len(list(local.outcomes(jobs, workers=8))) == 12
+    assert len(list(local.outcomes(jobs, 8, 60.0))) == 12
     assert 0 < most[0] <= budget
     monkeypatch.setattr(local.memory, "available", lambda: 0)  # then one by one
-    assert len(list(local.outcomes(jobs, workers=8))) == 12
+    assert len(list(local.outcomes(jobs, 8, 60.0))) == 12
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="Linux sees to it")
@@ -312,7 +322,7 @@ def test_a_run_that_is_killed_is_gone_on_with(tmp_path, monkeypatch, number):
         assert not list(out.glob(".specsmooth-*"))
         counts = json.loads((out / "summary.json").read_text())["counts"]
         assert counts["done"] + counts["not run"] == 8
-    monkeypatch.setattr(local, "outcomes", lambda jobs, workers: (work.run(job) for job, _ in jobs))
+    monkeypatch.setattr(local, "outcomes", lambda jobs, workers, time_limit: (work.run(job) for job, _ in jobs))
     again = batch(inputs, out, passes=5)
     assert again.is_complete
     assert again.counts["skipped"] >= len(finished)

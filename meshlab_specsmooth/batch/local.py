@@ -9,6 +9,7 @@ import queue
 import signal
 import subprocess
 import sys
+import threading
 from collections.abc import Generator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import asdict
@@ -46,7 +47,7 @@ def bytes_needed(path: str, size: int) -> int:
     return _BASE + size * (_COMPRESSED_FACTOR if Path(path).suffix.lower() in _COMPRESSED else _FACTOR)
 
 
-def outcomes(jobs: Sequence[tuple[Job, int]], workers: int | None = None) -> Generator[Outcome]:
+def outcomes(jobs: Sequence[tuple[Job, int]], workers: int | None, time_limit: float) -> Generator[Outcome]:
     """Do jobs, each given with the size of its file, the largest first; the outcomes as they come.
 
     A mesh that takes its process down is an outcome as well; the next has a new process. A mesh that is estimated to
@@ -57,20 +58,24 @@ def outcomes(jobs: Sequence[tuple[Job, int]], workers: int | None = None) -> Gen
     ----------
     jobs : sequence of (Job, int)
     workers : int, optional
-        How many processes at most; as many as there are processors by default.
+        How many processes at most; None for as many as there are processors.
+    time_limit : float
+        Seconds after which a mesh is given up, and its process killed: some files pymeshlab reads or writes for ever.
 
     Raises
     ------
     InvalidParameter
-        At once: ``workers`` is less than 1.
+        At once: ``workers`` is less than 1, or ``time_limit`` not positive.
     """
     most = _processors() if workers is None else workers
     if most < 1:
         raise InvalidParameter(f"workers is {workers}; it must be at least 1")
-    return _outcomes(jobs, min(most, len(jobs)))
+    if not time_limit > 0:
+        raise InvalidParameter(f"time_limit is {time_limit}; it must be positive")
+    return _outcomes(jobs, min(most, len(jobs)), min(time_limit, threading.TIMEOUT_MAX))
 
 
-def _outcomes(jobs: Sequence[tuple[Job, int]], most: int) -> Generator[Outcome]:
+def _outcomes(jobs: Sequence[tuple[Job, int]], most: int, time_limit: float) -> Generator[Outcome]:
     waiting = sorted(((bytes_needed(job.source, size), job) for job, size in jobs), key=lambda pair: -pair[0])
     budget = memory.available()
     running: dict[Future[Outcome], int] = {}
@@ -82,7 +87,7 @@ def _outcomes(jobs: Sequence[tuple[Job, int]], most: int) -> Generator[Outcome]:
     def do(job: Job, limit: int) -> Outcome:
         worker = idle.get()
         try:
-            return worker.do(job, limit)
+            return worker.do(job, limit, time_limit)
         finally:
             idle.put(worker)
 
@@ -115,15 +120,22 @@ class _Worker:
         self._process: subprocess.Popen[bytes] | None = None
         self._is_ended = False
 
-    def do(self, job: Job, limit: int) -> Outcome:
-        """Do a job, with so many bytes of memory."""
+    def do(self, job: Job, limit: int, time_limit: float) -> Outcome:
+        """Do a job, with so many bytes of memory, in so many seconds."""
         process = self._started()
         answer = b""
         if process is not None and process.stdin is not None and process.stdout is not None:
             with contextlib.suppress(OSError):  # it died before it could take it
                 process.stdin.write(json.dumps({"job": asdict(job), "bytes": limit}).encode() + b"\n")
                 process.stdin.flush()
+            is_late = threading.Event()
+            clock = threading.Timer(time_limit, _give_up, (process, is_late))
+            clock.start()
             answer = process.stdout.readline()
+            clock.cancel()
+            if is_late.is_set():
+                self._bury()
+                return failure(job, CRASHED, f"given up after {time_limit:g} s")
         if not answer.endswith(b"\n"):
             return failure(job, CRASHED, f"the process that read or smoothed it {self._bury()}")
         return Outcome(**json.loads(answer))
@@ -170,6 +182,11 @@ class _Worker:
         if code < 0:
             return f"crashed ({signal.Signals(-code).name})"
         return f"ended with exit code {code}"
+
+
+def _give_up(process: subprocess.Popen[bytes], is_late: threading.Event) -> None:
+    is_late.set()
+    process.kill()
 
 
 def _processors() -> int:

@@ -23,6 +23,9 @@ from meshlab_specsmooth.spectral.progress import Progress
 #: What ``specsmooth smooth`` runs.
 FILTER = "apply_coord_spectral_smoothing"
 
+#: Seconds for a mesh: ten million vertices take a hundredth of it.
+TIME_LIMIT = 3600.0
+
 
 def batch(
     paths: str | os.PathLike[str] | Iterable[str | os.PathLike[str]],
@@ -31,6 +34,7 @@ def batch(
     filter_name: str = FILTER,
     scheduler: str | None = None,
     workers: int | None = None,
+    time_limit: float = TIME_LIMIT,
     resume: bool = True,
     ending: str | None = None,
     pictures: bool = True,
@@ -58,6 +62,8 @@ def batch(
         Address of a Dask scheduler (extra ``cluster``), whose workers have this package and see the same files.
     workers : int, optional
         How many processes of this machine at most; fewer run where the memory would not suffice.
+    time_limit : float
+        Seconds that a process of this machine may take for a mesh; then it is killed, and the mesh has crashed.
     resume : bool
         Skip what is done; else do it again.
     ending : str, optional
@@ -106,7 +112,7 @@ def batch(
     for place in sorted({str(folder), *(os.path.dirname(source.output) for source in found)}):  # noqa: PTH120
         _make(Path(place))
     jobs = [(Job(source.path, source.output, filter_name, given, resume), source.size) for source in found]
-    coming = local.outcomes(jobs, workers) if scheduler is None else cluster.outcomes(jobs, scheduler)
+    coming = local.outcomes(jobs, workers, time_limit) if scheduler is None else cluster.outcomes(jobs, scheduler)
     known: dict[str, Outcome] = {}
 
     def summary(pictured: Sequence[str]) -> BatchSummary:

@@ -16,10 +16,13 @@ from typing import Any
 import numpy as np
 import pymeshlab
 
+from meshlab_specsmooth.bridge import headers
 from meshlab_specsmooth.bridge.interrupts import Hold
 from meshlab_specsmooth.bridge.textures import is_inside, material_names, texture_names
 from meshlab_specsmooth.errors import FileError
 
+# bytes that must be left where a mesh was written: a writer's last buffer
+_ROOM = 2**16
 # formats that name no texture
 _UNTEXTURED = {".stl", ".off", ".xyz", ".dxf"}
 # what pymeshlab calls, and puts in place of, every texture that it cannot read; the texture's own name is lost
@@ -44,6 +47,7 @@ def read(path: str | os.PathLike[str]) -> pymeshlab.MeshSet:
     with _as_file_error(source, "read"):
         if not source.is_file():
             raise FileError(f"{path}: no such file")
+        headers.check(source)
         ms = _load(source)
         if ms.mesh_number() != 1:
             raise FileError(f"{path}: holds {ms.mesh_number()} meshes; save each as a file of its own")
@@ -117,6 +121,15 @@ def _save(ms: pymeshlab.MeshSet, path: Path) -> None:
     ms.save_current_mesh(str(path), save_textures=False)
     if not path.is_file():  # .u3d: it is said to be written, and is not
         raise pymeshlab.PyMeshLabException(f"pymeshlab writes no {path.suffix} file")
+    _check_room_left(path)
+
+
+def _check_room_left(path: Path) -> None:
+    """Raise where a file could not grow: then it may have been cut short, and not all of pymeshlab's writers say so."""
+    size = path.stat().st_size
+    with path.open("ab") as file:
+        file.write(bytes(_ROOM))
+    os.truncate(path, size)
 
 
 def _lay_textures(textures: dict[str, Any], source: Path | None, folder: Path, destination: Path) -> None:
@@ -225,7 +238,9 @@ def _as_file_error(path: Path, done: str) -> Iterator[None]:
         raise
     except OSError as error:
         raise FileError(f"{path}: cannot be {done}: {error.strerror}") from error
-    except pymeshlab.PyMeshLabException as error:
+    except MemoryError as error:
+        raise FileError(f"{path}: cannot be {done}: memory ran out") from error
+    except (pymeshlab.PyMeshLabException, ValueError, RuntimeError) as error:  # C++'s own come through as these
         raise FileError(f"{path}: cannot be {done}: {_one_line(error)}") from error
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 from meshlab_specsmooth import descriptors
-from meshlab_specsmooth.batch.many import FILTER, batch
+from meshlab_specsmooth.batch.many import FILTER, TIME_LIMIT, batch
 from meshlab_specsmooth.batch.work import Outcome
 from meshlab_specsmooth.cli.options import add_options, given_parameters
 from meshlab_specsmooth.cli.progress import bar, say
@@ -47,6 +47,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--workers", metavar="N", type=int, help="processes of this machine (default: as many as processors and memory)"
     )
+    parser.add_argument(
+        "--time-limit",
+        metavar="SECONDS",
+        type=float,
+        default=TIME_LIMIT,
+        help=f"for a mesh on this machine, after which it is given up (default: {TIME_LIMIT:g})",
+    )
     parser.add_argument("--format", metavar="NAME", help="format of the outputs, as ply (default: that of each input)")
     parser.add_argument(
         "--resume",
@@ -71,6 +78,7 @@ def run(arguments: argparse.Namespace) -> None:
             arguments.out,
             scheduler=arguments.scheduler,
             workers=arguments.workers,
+            time_limit=arguments.time_limit,
             resume=arguments.resume,
             ending=None if arguments.format is None else "." + arguments.format.lstrip("."),
             pictures=arguments.pictures,
