@@ -1,11 +1,15 @@
 """Spectral mesh smoothing with barycentre constraints, as a filter for pymeshlab.
 
-Arrays in, arrays out: :func:`smooth`, :func:`low_pass`, :func:`enhance`, :func:`prepare`, :func:`spectrum`,
-:func:`estimate_noise`, :func:`estimate_error`. MeshSets,
-in place, as a MeshLab filter does it: :func:`apply_coord_spectral_smoothing` and the others of its kind, as functions
+Arrays in, arrays out: :func:`smooth`, :func:`denoise`, :func:`smooth_edge_aware`, :func:`low_pass`, :func:`enhance`,
+:func:`prepare`, :func:`spectrum`, :func:`estimate_noise`, :func:`estimate_error`. Side by side: :func:`compare`. Many
+files: :func:`batch`. MeshSets, in place, as a MeshLab filter does it: :func:`apply_coord_spectral_smoothing` and the
+others of its kind, as functions
 of a MeshSet, as methods of :class:`MeshSet`, or after :func:`register` as methods of pymeshlab's own.
 """
 
+from meshlab_specsmooth.batch.many import batch
+from meshlab_specsmooth.batch.summary import BatchSummary
+from meshlab_specsmooth.batch.work import Outcome
 from meshlab_specsmooth.bridge import filters as _filters
 from meshlab_specsmooth.bridge.filters import *  # noqa: F403 (each filter, by its name)
 from meshlab_specsmooth.bridge.registry import MeshSet, register, unregister
@@ -13,6 +17,7 @@ from meshlab_specsmooth.compare.comparison import Comparison
 from meshlab_specsmooth.compare.competitors import Competitor
 from meshlab_specsmooth.edge_aware import EdgeAwareResult, denoise, smooth_edge_aware
 from meshlab_specsmooth.errors import (
+    ClusterError,
     FileError,
     FilterFailed,
     InvalidParameter,
@@ -40,6 +45,8 @@ __all__ = [
     "Competitor",
     "EdgeAwareResult",
     "ErrorEstimate",
+    "BatchSummary",
+    "ClusterError",
     "FileError",
     "FilterFailed",
     "InvalidParameter",
@@ -50,6 +57,7 @@ __all__ = [
     "MissingExtra",
     "Noise",
     "NotConverged",
+    "Outcome",
     "Prepared",
     "SmoothingResult",
     "SpecsmoothError",
@@ -59,6 +67,7 @@ __all__ = [
     "__version__",
     "compare",
     "denoise",
+    "batch",
     "enhance",
     "estimate_error",
     "estimate_noise",

@@ -58,6 +58,10 @@ class FileError(SpecsmoothError, OSError):
     """A mesh file that cannot be read or written."""
 
 
+class ClusterError(SpecsmoothError, ConnectionError):
+    """A cluster that cannot be reached, or is lost."""
+
+
 class InvalidXml(SpecsmoothError, ValueError):  # noqa: N818
     """An XML file that is malformed or does not follow its grammar: file, line, reason."""
 

@@ -30,11 +30,13 @@ ROOMS = [
     {"bridge"},
     {"compare"},
     {"report"},
+    {"batch"},
     {"cli"},
     {"__init__", "__main__"},
 ]
 HOME = {
     "pymeshlab": "bridge",
+    "distributed": "batch",
     "pyvista": "report",
     "matplotlib": "report",
     "jinja2": "report",

@@ -5,6 +5,8 @@ from __future__ import annotations
 import contextlib
 import filecmp
 import os
+import platform
+import re
 import shutil
 import tempfile
 from collections.abc import Iterable, Iterator
@@ -14,10 +16,13 @@ from typing import Any
 import numpy as np
 import pymeshlab
 
+from meshlab_specsmooth.bridge import headers
 from meshlab_specsmooth.bridge.interrupts import Hold
 from meshlab_specsmooth.bridge.textures import is_inside, material_names, texture_names
 from meshlab_specsmooth.errors import FileError
 
+# bytes that must be left where a mesh was written: a writer's last buffer
+_ROOM = 2**16
 # formats that name no texture
 _UNTEXTURED = {".stl", ".off", ".xyz", ".dxf"}
 # what pymeshlab calls, and puts in place of, every texture that it cannot read; the texture's own name is lost
@@ -42,6 +47,7 @@ def read(path: str | os.PathLike[str]) -> pymeshlab.MeshSet:
     with _as_file_error(source, "read"):
         if not source.is_file():
             raise FileError(f"{path}: no such file")
+        headers.check(source)
         ms = _load(source)
         if ms.mesh_number() != 1:
             raise FileError(f"{path}: holds {ms.mesh_number()} meshes; save each as a file of its own")
@@ -115,6 +121,15 @@ def _save(ms: pymeshlab.MeshSet, path: Path) -> None:
     ms.save_current_mesh(str(path), save_textures=False)
     if not path.is_file():  # .u3d: it is said to be written, and is not
         raise pymeshlab.PyMeshLabException(f"pymeshlab writes no {path.suffix} file")
+    _check_room_left(path)
+
+
+def _check_room_left(path: Path) -> None:
+    """Raise where a file could not grow: then it may have been cut short, and not all of pymeshlab's writers say so."""
+    size = path.stat().st_size
+    with path.open("ab") as file:
+        file.write(bytes(_ROOM))
+    os.truncate(path, size)
 
 
 def _lay_textures(textures: dict[str, Any], source: Path | None, folder: Path, destination: Path) -> None:
@@ -164,7 +179,7 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
     with (
         _as_file_error(target, "written"),
         Hold() as hold,
-        tempfile.TemporaryDirectory(prefix=".specsmooth-", dir=target.parent) as folder,
+        tempfile.TemporaryDirectory(prefix=_temporary_prefix(os.getpid()), dir=target.parent) as folder,
     ):
         part = Path(folder) / target.name
         yield part
@@ -174,6 +189,32 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
             place.parent.mkdir(parents=True, exist_ok=True)
             companion.replace(place)
         part.replace(target)
+
+
+def _temporary_prefix(process: int | str) -> str:
+    """How the temporary folders of a process of this machine begin."""
+    return f".specsmooth-{re.sub(r'[^A-Za-z0-9]', '_', platform.node())}-{process}-"
+
+
+def sweep(folder: str | os.PathLike[str]) -> None:
+    """Remove what processes of this machine, killed while they wrote into a folder, have left there."""
+    if os.name != "posix":  # elsewhere to ask for a process may end it
+        return
+    pattern = re.compile(re.escape(_temporary_prefix("")).replace(r"\-\-", "-([0-9]+)-") + ".*")
+    for left in Path(folder).glob(".specsmooth-*"):
+        match = pattern.fullmatch(left.name)
+        if match is not None and not _is_alive(int(match[1])):
+            shutil.rmtree(left, ignore_errors=True)
+
+
+def _is_alive(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:
+        pass
+    return True
 
 
 def _new_companions(part: Path, target: Path) -> list[Path]:
@@ -197,7 +238,9 @@ def _as_file_error(path: Path, done: str) -> Iterator[None]:
         raise
     except OSError as error:
         raise FileError(f"{path}: cannot be {done}: {error.strerror}") from error
-    except pymeshlab.PyMeshLabException as error:
+    except MemoryError as error:
+        raise FileError(f"{path}: cannot be {done}: memory ran out") from error
+    except (pymeshlab.PyMeshLabException, ValueError, RuntimeError) as error:  # C++'s own come through as these
         raise FileError(f"{path}: cannot be {done}: {_one_line(error)}") from error
 
 

@@ -43,6 +43,30 @@ def resolve(descriptor: Descriptor, given: dict[str, Any], ms: pymeshlab.MeshSet
     return values
 
 
+def resolved_anywhere(descriptor: Descriptor, given: dict[str, Any]) -> dict[str, Any]:
+    """What was given, checked, for meshes that are not there yet: percentages stay shares of whatever diagonal.
+
+    Raises
+    ------
+    InvalidParameter
+        What :func:`resolve` raises of any mesh.
+    """
+    triangle = pymeshlab.MeshSet()
+    triangle.add_mesh(pymeshlab.Mesh(np.eye(3), np.array([[0, 1, 2]])))
+    try:
+        values = resolve(descriptor, given, triangle)
+    except (PyMeshLabException, InvalidEnumException) as error:  # the one is none of the other
+        raise InvalidParameter(str(error)) from error
+    shares = {name: _share(given[name]) for name in given}
+    return {name: values[name] if share is None else share for name, share in shares.items()}
+
+
+def _share(given: Any) -> Length | None:
+    if isinstance(given, pymeshlab.PercentageValue):
+        return Length(given.value() / 100)
+    return given if isinstance(given, Length) else None
+
+
 def value(parameter: Parameter, given: Any, ms: pymeshlab.MeshSet) -> Any:
     """One checked value, of a plain Python type."""
     if isinstance(given, AnySelected):

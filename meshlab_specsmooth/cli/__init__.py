@@ -13,13 +13,21 @@ from pathlib import Path
 from types import FrameType
 
 from meshlab_specsmooth.bridge.parameters import PyMeshLabException
-from meshlab_specsmooth.cli import compare, demo, filters, run, smooth, spectrum
+from meshlab_specsmooth.cli import batch, compare, demo, filters, run, smooth, spectrum
 from meshlab_specsmooth.errors import InvalidParameter, SpecsmoothError
 from meshlab_specsmooth.version import VERSION
 
 DONE, FAILED, USAGE = 0, 1, 2
 
-_COMMANDS = {"smooth": smooth, "compare": compare, "spectrum": spectrum, "run": run, "filters": filters, "demo": demo}
+_COMMANDS = {
+    "smooth": smooth,
+    "compare": compare,
+    "batch": batch,
+    "spectrum": spectrum,
+    "run": run,
+    "filters": filters,
+    "demo": demo,
+}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

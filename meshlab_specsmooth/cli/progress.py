@@ -32,3 +32,14 @@ def bar(description: str) -> Iterator[Progress | None]:
             display.update(fraction - display.n)
 
         yield show
+
+
+def say(line: str) -> None:
+    """A line on standard output, above a bar if there is one."""
+    try:
+        from tqdm import tqdm
+    except ImportError:
+        print(line, flush=True)
+        return
+    with tqdm.external_write_mode(file=sys.stdout):
+        print(line, flush=True)

@@ -1,0 +1,81 @@
+"""A process that smooths one mesh after the other, until it is left; :mod:`meshlab_specsmooth.batch.local` starts it.
+
+A line of JSON comes in for each, and one goes out. It ends when nothing more can come, as whoever started it is gone,
+and at once: also in the middle of a mesh, which leaves nothing.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import queue
+import signal
+import sys
+import threading
+from collections.abc import Callable
+from dataclasses import asdict
+from pathlib import Path
+from types import FrameType
+from typing import Any, BinaryIO
+
+from meshlab_specsmooth.batch.work import Job, Outcome, run
+
+
+def serve(work: Callable[[Job], Outcome] = run) -> None:
+    """Answer each job from standard input on standard output."""
+    answers = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # whatever C++ has to say must not get in between
+    signal.signal(signal.SIGTERM, _end)  # so that temporary folders are removed
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # whoever started it decides
+    jobs: queue.SimpleQueue[dict[str, Any] | None] = queue.SimpleQueue()
+    threading.Thread(target=_listen, args=(sys.stdin.buffer, jobs), daemon=True).start()
+    while (message := jobs.get()) is not None:
+        with _at_most(message["bytes"]):
+            outcome = work(Job(**message["job"]))
+        answers.write(json.dumps(asdict(outcome)).encode() + b"\n")
+        answers.flush()
+
+
+def _listen(stream: BinaryIO, jobs: queue.SimpleQueue[dict[str, Any] | None]) -> None:
+    for line in stream:
+        jobs.put(json.loads(line))
+    jobs.put(None)
+    signal.raise_signal(signal.SIGTERM)
+
+
+def _end(number: int, frame: FrameType | None) -> None:
+    raise SystemExit(128 + number)
+
+
+class _at_most:  # noqa: N801 (used as a function is)
+    """Inside, so many bytes more than now may be taken, where the system can see to it; MemoryError else."""
+
+    def __init__(self, more: int) -> None:
+        self._more = more
+
+    def __enter__(self) -> None:
+        held = _data_bytes()
+        if held is not None:
+            self._limit(held + self._more)
+
+    def __exit__(self, *_: object) -> None:
+        if _data_bytes() is not None:
+            self._limit(None)
+
+    @staticmethod
+    def _limit(most: int | None) -> None:
+        import resource
+
+        _, hard = resource.getrlimit(resource.RLIMIT_DATA)
+        wanted = resource.RLIM_INFINITY if most is None else most
+        soft = hard if hard != resource.RLIM_INFINITY and (most is None or most > hard) else wanted
+        resource.setrlimit(resource.RLIMIT_DATA, (soft, hard))
+
+
+def _data_bytes() -> int | None:
+    """What Linux counts against RLIMIT_DATA; None elsewhere."""
+    try:
+        pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[5])
+    except (OSError, IndexError, ValueError):
+        return None
+    return pages * os.sysconf("SC_PAGE_SIZE")

@@ -1,0 +1,111 @@
+"""``specsmooth batch INPUTS... --out DIR``."""
+
+from __future__ import annotations
+
+import argparse
+
+from meshlab_specsmooth import descriptors
+from meshlab_specsmooth.batch.many import FILTER, TIME_LIMIT, batch
+from meshlab_specsmooth.batch.work import Outcome
+from meshlab_specsmooth.cli.options import add_options, given_parameters
+from meshlab_specsmooth.cli.progress import bar, say
+from meshlab_specsmooth.errors import SpecsmoothError
+
+_DESCRIPTOR = descriptors.load(FILTER)
+
+SUMMARY = "smooth many mesh files"
+DESCRIPTION = """Smooths many meshes as `specsmooth smooth` does one, each in a process that may die, on this machine or
+on a Dask cluster. What is done is recorded and skipped by the next run, so a run that was broken off, however, is gone
+on with by the same command. Writes summary.json and summary.csv, and with the extra `report` contact sheets of pictures
+before and after."""
+EXAMPLES = """examples:
+  specsmooth batch scans/ --out smooth
+  specsmooth batch 'scans/**/*.ply' more/head.obj --out smooth --wavelength 2%
+  specsmooth batch manifest.txt --out smooth --workers 4 --format ply
+  specsmooth batch scans/ --out smooth --scheduler tcp://10.0.0.1:8786
+
+exit codes: 0 all are there, 1 some failed, 2 wrong usage"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the subcommand."""
+    parser.add_argument(
+        "inputs",
+        metavar="INPUT",
+        nargs="+",
+        help="mesh, folder, pattern in quotation marks, or manifest (.txt: a path a line, relative to it)",
+    )
+    parser.add_argument(
+        "--out",
+        metavar="DIR",
+        required=True,
+        help="folder for the outputs; those of a folder keep their place below it",
+    )
+    parser.add_argument(
+        "--scheduler", metavar="ADDRESS", help="Dask scheduler to run on (extra `cluster`); default: this machine"
+    )
+    parser.add_argument(
+        "--workers", metavar="N", type=int, help="processes of this machine (default: as many as processors and memory)"
+    )
+    parser.add_argument(
+        "--time-limit",
+        metavar="SECONDS",
+        type=float,
+        default=TIME_LIMIT,
+        help=f"for a mesh on this machine, after which it is given up (default: {TIME_LIMIT:g})",
+    )
+    parser.add_argument("--format", metavar="NAME", help="format of the outputs, as ply (default: that of each input)")
+    parser.add_argument(
+        "--resume",
+        action=argparse.BooleanOptionalAction,
+        default=True,
+        help="skip what is done: same input, parameters and version (default: True)",
+    )
+    parser.add_argument(
+        "--pictures",
+        action=argparse.BooleanOptionalAction,
+        default=True,
+        help="contact sheets, where the extra `report` is installed (default: True)",
+    )
+    add_options(parser, _DESCRIPTOR)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Smooth all, a line each; some that failed are a failure."""
+    with bar("smoothing") as progress:
+        summary = batch(
+            arguments.inputs,
+            arguments.out,
+            scheduler=arguments.scheduler,
+            workers=arguments.workers,
+            time_limit=arguments.time_limit,
+            resume=arguments.resume,
+            ending=None if arguments.format is None else "." + arguments.format.lstrip("."),
+            pictures=arguments.pictures,
+            progress=progress,
+            each=lambda outcome: say(line(outcome)),
+            **given_parameters(arguments, _DESCRIPTOR),
+        )
+    counts = ", ".join(f"{count} {status}" for status, count in summary.counts.items())
+    print(f"{counts}, {summary.seconds:.1f} s; {arguments.out}: summary.json, summary.csv", end="")
+    print(f", {len(summary.pictures)} contact sheets" if summary.pictures else "")
+    if not summary.is_complete:
+        missing = sum(not outcome.is_there for outcome in summary.outcomes)
+        raise SpecsmoothError(
+            f"{missing} of {len(summary.outcomes)} meshes failed; {arguments.out}/summary.csv says why"
+        )
+
+
+def line(outcome: Outcome) -> str:
+    """An outcome on one line of printable characters, whatever the name of the file."""
+    words = [f"{outcome.status:8}", outcome.output if outcome.is_there else f"{outcome.input}: {outcome.reason}"]
+    if outcome.is_there:
+        words.append(f" {outcome.vertices} vertices")
+        if outcome.noise is not None:
+            words.append(f"noise {outcome.noise:.4g}")
+        if outcome.cutoff is not None:
+            words.append(f"cut-off {outcome.cutoff:.4g}")
+        if outcome.volume_change is not None:
+            words.append(f"volume {100 * outcome.volume_change:+.3f} %")
+        words.append(f"{outcome.seconds:.2f} s")
+    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in " ".join(words))

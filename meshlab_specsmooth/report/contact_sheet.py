@@ -1,0 +1,105 @@
+"""Contact sheets: small pictures of many meshes, before and after.
+
+They are drawn in a process of their own, as a mesh or a graphics driver that takes it down must cost nothing but them.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from meshlab_specsmooth.bridge import files, meshset
+from meshlab_specsmooth.report import pictures
+from meshlab_specsmooth.surface import Surface
+
+# a sheet: so many pairs beside and below each other, a picture so many pixels wide and high
+_COLUMNS, _ROWS, _SIZE = 3, 8, 180
+_LONGEST_TITLE = 24
+
+_DRAW = """
+import json, sys
+from meshlab_specsmooth.report.contact_sheet import contact_sheet
+contact_sheet(*json.load(sys.stdin))
+"""
+
+
+def draw_apart(folder: Path, pairs: Sequence[tuple[str, str]]) -> tuple[str, ...]:
+    """Draw ``contact-1.png``, ``contact-2.png`` and so on; none where PyVista is not installed, or fails.
+
+    Parameters
+    ----------
+    folder : Path
+    pairs : sequence of (str, str)
+        Mesh files before and after.
+
+    Returns
+    -------
+    tuple of str
+        The sheets that were drawn.
+    """
+    if not pairs or importlib.util.find_spec("pyvista") is None:
+        return ()
+    drawn = []
+    per_sheet = _COLUMNS * _ROWS
+    for number, first in enumerate(range(0, len(pairs), per_sheet), start=1):
+        path = str(folder / f"contact-{number}.png")
+        done = subprocess.run(  # noqa: S603 (our own code)
+            [sys.executable, "-c", _DRAW],
+            input=json.dumps([path, pairs[first : first + per_sheet]]).encode(),
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            check=False,
+        )
+        if done.returncode == 0:
+            drawn.append(path)
+    return tuple(drawn)
+
+
+def contact_sheet(path: str | os.PathLike[str], pairs: Sequence[tuple[str, str]]) -> None:
+    """Write a PNG with a small picture of each mesh before and after.
+
+    Raises
+    ------
+    ImportError
+        PyVista is not installed.
+    FileError
+        A mesh cannot be read, or the file not be written.
+    """
+    import pyvista
+
+    if sys.platform == "linux" and "DISPLAY" not in os.environ:
+        os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")  # or it warns of a missing X server
+    columns = min(_COLUMNS, len(pairs))
+    rows = -(-len(pairs) // columns)
+    plotter = pyvista.Plotter(
+        off_screen=True, shape=(rows, 2 * columns), window_size=(2 * columns * _SIZE, rows * _SIZE), lighting="none"
+    )
+    try:
+        for number, pair in enumerate(pairs):
+            _draw_pair(plotter, pyvista, number // columns, 2 * (number % columns), pair)
+        with files.replacing(path) as part:
+            plotter.screenshot(str(part))
+    finally:
+        plotter.close()
+
+
+def _draw_pair(plotter: Any, pyvista: Any, row: int, column: int, pair: tuple[str, str]) -> None:
+    view = None
+    for offset, path in enumerate(pair):
+        plotter.subplot(row, column + offset)
+        plotter.set_background("white")
+        surface = Surface(*meshset.pull(files.read(path)))
+        view = view or pictures.front(surface)  # both from the same place
+        pictures._draw(plotter, pyvista, pyvista.PolyData.from_regular_faces(surface.vertices, surface.faces), view)
+    plotter.add_text(_title(Path(pair[1]).name), position="upper_edge", font_size=6, color="black")
+
+
+def _title(name: str) -> str:
+    shown = "".join(c if c.isprintable() and c.isascii() else "?" for c in name)
+    return shown if len(shown) <= _LONGEST_TITLE else f"...{shown[3 - _LONGEST_TITLE :]}"

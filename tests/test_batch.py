@@ -1,0 +1,449 @@
+"""Many meshes: what is finished stays finished, whatever dies; here and on a cluster."""
+
+import csv
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pymeshlab
+import pytest
+
+import meshlab_specsmooth as mss
+from meshlab_specsmooth.batch import local, work
+from meshlab_specsmooth.batch.inputs import sources
+from meshlab_specsmooth.batch.work import RECORD_ENDING, Job
+from meshlab_specsmooth.bridge import files, meshset
+from meshlab_specsmooth.cli import batch as command_line
+from meshlab_specsmooth.cli import main
+from meshlab_specsmooth.report import contact_sheet
+from meshlab_specsmooth.surface import signed_volume
+from tests.meshes import rough, sheet, torus
+
+posix = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+
+
+def scans(folder, count=3, size=(20, 12)):
+    folder.mkdir(parents=True, exist_ok=True)
+    for number in range(count):
+        files.write(meshset.new(*rough(torus(*size), seed=number)), folder / f"scan{number}.ply")
+    return folder
+
+
+def batch(inputs, out, **given):
+    return mss.batch(inputs, out, **{"pictures": False, "workers": 1, **given})
+
+
+def statuses(summary):
+    return {Path(outcome.input).stem: outcome.status for outcome in summary.outcomes}
+
+
+def outputs(out):
+    """Digests of the meshes in a folder."""
+    return {str(p.relative_to(out)): work.digest(str(p)) for p in sorted(out.rglob("*.ply"))}
+
+
+@pytest.fixture
+def in_this_process(monkeypatch):
+    """Processes take seconds to start; where they make no difference there are none."""
+    monkeypatch.setattr(local, "outcomes", lambda jobs, workers, time_limit: (work.run(job) for job, _ in jobs))
+
+
+@pytest.fixture
+def workers_that_die(monkeypatch):
+    """Workers whose process ends, in one way or another, on meshes that are called so."""
+    code = """
+import os, time
+from meshlab_specsmooth.batch import work, worker
+def fake(job):
+    if "killed" in job.source:
+        os.kill(os.getpid(), 9)
+    if "exits" in job.source:
+        os._exit(3)
+    if "endless" in job.source:
+        time.sleep(100)
+    if "garbles" in job.source:
+        os.write(answers, b'{"half')
+        os._exit(0)
+    return work.run(job)
+answers = os.dup(1)
+worker.serve(fake)
+"""
+    monkeypatch.setattr(local, "COMMAND", (sys.executable, "-c", code))
+
+
+def test_each_mesh_becomes_what_smooth_makes_of_it(tmp_path):
+    inputs = scans(tmp_path / "in", 2)
+    (inputs / "sub").mkdir()
+    files.write(meshset.new(*rough(sheet())), inputs / "sub" / "open.ply")
+    seen, fractions = [], []
+    summary = batch(inputs, tmp_path / "out", barycenter_weight=0.5, each=seen.append, progress=fractions.append)
+    assert summary.is_complete
+    assert summary.counts == {"done": 3}
+    assert fractions == sorted(fractions)
+    assert fractions[-1] == 1.0
+    assert {outcome.input for outcome in seen} == {outcome.input for outcome in summary.outcomes}
+    for outcome in summary.outcomes:
+        assert main(["smooth", outcome.input, str(tmp_path / "one.ply"), "--barycenter-weight", "0.5"]) == 0
+        assert (tmp_path / "one.ply").read_bytes() == Path(outcome.output).read_bytes()
+        assert Path(outcome.output).relative_to(tmp_path / "out") == Path(outcome.input).relative_to(inputs)
+    by_name = {Path(outcome.input).stem: outcome for outcome in summary.outcomes}
+    assert by_name["open"].volume_change is None
+    assert by_name["scan0"].vertices == 240
+    ends = (by_name["scan0"].input, by_name["scan0"].output)
+    before, after = (signed_volume(mss.Surface(*meshset.pull(files.read(path)))) for path in ends)
+    assert by_name["scan0"].volume_change == pytest.approx(after / before - 1, abs=1e-6)
+    assert by_name["scan0"].seconds > 0
+
+
+def test_the_summary_is_a_file_for_programs_and_one_for_tables(tmp_path, in_this_process):
+    summary = batch(scans(tmp_path / "in", 2), tmp_path / "out")
+    document = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert document["counts"] == {"done": 2}
+    assert [mss.Outcome(**mesh) for mesh in document["meshes"]] == list(summary.outcomes)
+    with (tmp_path / "out" / "summary.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["input"] for row in rows] == [outcome.input for outcome in summary.outcomes]
+    assert [float(row["cutoff"]) for row in rows] == [outcome.cutoff for outcome in summary.outcomes]
+
+
+def test_a_damaged_mesh_is_a_line_and_an_exit_code(tmp_path, capsys):
+    inputs = scans(tmp_path / "in", 2)
+    (inputs / "damaged.ply").write_bytes((inputs / "scan0.ply").read_bytes()[:1000])
+    (inputs / "empty.obj").touch()
+    arguments = ["batch", str(inputs), str(inputs / "none.ply"), "--out", str(tmp_path / "out"), "--no-pictures"]
+    assert main([*arguments, "--workers", "1"]) == 1
+    printed = capsys.readouterr()
+    assert printed.err == f"specsmooth: 3 of 5 meshes failed; {tmp_path}/out/summary.csv says why\n"
+    failed = [line for line in printed.out.splitlines() if line.startswith("failed")]
+    assert sorted(Path(line.split(": ")[0]).name for line in failed) == ["damaged.ply", "empty.obj", "none.ply"]
+    assert "none.ply: no such file" in printed.out
+    assert "2 done, 3 failed" in printed.out
+    assert set(outputs(tmp_path / "out")) == {"scan0.ply", "scan1.ply"}
+
+
+@posix
+def test_a_mesh_that_takes_its_process_down_costs_no_other(tmp_path, workers_that_die):
+    inputs = scans(tmp_path / "in", 3)
+    for name in ("killed", "exits", "garbles", "endless"):
+        shutil.copy(inputs / "scan0.ply", inputs / f"{name}.ply")
+    summary = batch(inputs, tmp_path / "out", time_limit=10.0)
+    expected = {"scan0": "done", "scan1": "done", "scan2": "done"}
+    assert statuses(summary) == expected | {
+        "killed": "crashed",
+        "exits": "crashed",
+        "garbles": "crashed",
+        "endless": "crashed",
+    }
+    reasons = {Path(outcome.input).stem: outcome.reason for outcome in summary.outcomes}
+    assert "crashed (SIGKILL)" in reasons["killed"]
+    assert "exit code 3" in reasons["exits"]
+    assert reasons["endless"] == "given up after 10 s"
+    assert not summary.is_complete
+
+
+def test_what_is_done_is_skipped_and_what_changed_is_done_again(tmp_path, in_this_process):
+    inputs, out = scans(tmp_path / "in", 3), tmp_path / "out"
+    first = batch(inputs, out)
+    times = {name: (out / name).stat().st_mtime_ns for name in outputs(out)}
+    again = batch(inputs, out)
+    assert again.counts == {"skipped": 3}
+    assert {name: (out / name).stat().st_mtime_ns for name in outputs(out)} == times
+    found = [(o.vertices, o.cutoff, o.volume_change, o.seconds) for o in first.outcomes]
+    assert [(o.vertices, o.cutoff, o.volume_change, o.seconds) for o in again.outcomes] == found
+    shutil.copy(inputs / "scan1.ply", inputs / "scan0.ply")  # another input
+    (out / "scan1.ply").write_bytes(b"torn")  # an output that is not what was written
+    (out / f"scan2.ply{RECORD_ENDING}").write_text('{"half')  # a record that is none
+    assert batch(inputs, out).counts == {"done": 3}
+    assert batch(inputs, out).counts == {"skipped": 3}
+
+
+def test_other_settings_another_version_and_a_wish_are_reasons_to_do_it_again(tmp_path, monkeypatch, in_this_process):
+    inputs, out = scans(tmp_path / "in", 1), tmp_path / "out"
+    batch(inputs, out)
+    assert batch(inputs, out, barycenter_weight=1.0).counts == {"skipped": 1}  # that is the default
+    assert batch(inputs, out, barycenter_weight=0.5).counts == {"done": 1}
+    assert batch(inputs, out, barycenter_weight=0.5, wavelength=pymeshlab.PercentageValue(10)).counts == {"done": 1}
+    assert batch(inputs, out, barycenter_weight=0.5, wavelength=pymeshlab.PercentageValue(10)).counts == {"skipped": 1}
+    assert batch(inputs, out, resume=False).counts == {"done": 1}
+    assert batch(inputs, out, filter_name="apply_coord_spectral_low_pass").counts == {"done": 1}
+    assert batch(inputs, out).counts == {"done": 1}
+    assert batch(inputs, out).counts == {"skipped": 1}
+    monkeypatch.setattr(work, "VERSION", "0.0.0")
+    assert batch(inputs, out).counts == {"done": 1}
+
+
+def test_a_share_of_the_diagonal_is_one_of_each_mesh(tmp_path, in_this_process):
+    inputs = scans(tmp_path / "in", 1)
+    V, F = torus()
+    files.write(meshset.new(100 * V, F), inputs / "large.ply")
+    cutoffs = [o.cutoff for o in batch(inputs, tmp_path / "a", wavelength=pymeshlab.PercentageValue(25)).outcomes]
+    files.write(meshset.new(V, F), inputs / "large.ply")
+    same = [o.cutoff for o in batch(inputs, tmp_path / "b", wavelength=pymeshlab.PercentageValue(25)).outcomes]
+    assert same == pytest.approx(cutoffs, rel=1e-5)
+
+
+def test_wrong_settings_are_refused_before_anything_is_done(tmp_path):
+    inputs, out = scans(tmp_path / "in", 1), tmp_path / "out"
+    for wrong in (
+        {"colour": 1},
+        {"passes": 0},
+        {"response": "box"},
+        {"filter_name": "get_spectrum"},
+        {"ending": "ply"},
+    ):
+        with pytest.raises(mss.InvalidParameter):
+            batch(inputs, out, **wrong)
+    with pytest.raises(mss.InvalidParameter, match="workers is 0"):
+        batch(inputs, out, workers=0)
+    with pytest.raises(mss.InvalidParameter, match="time_limit is 0"):
+        batch(inputs, out, time_limit=0.0)
+    assert not out.exists() or not list(out.iterdir())
+
+
+def test_folders_patterns_manifests_and_files_keep_their_places(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name in ("a/x.ply", "a/b/x.PLY", "a/b/notes.md", "a/.hidden.ply", "a/.tmp/x.ply", "c/y.obj", "out/z.ply"):
+        Path(name).parent.mkdir(parents=True, exist_ok=True)
+        Path(name).touch()
+    Path("c/list.txt").write_text("# all\n\ny.obj\n../a/x.ply\n")
+
+    def places(*inputs, **given):
+        return [str(Path(s.output).relative_to(tmp_path / "out")) for s in sources(inputs, "out", **given)]
+
+    assert places("a") == ["b/x.PLY", "x.ply"]
+    assert places("a/**/*.ply", "c") == ["x.ply", "y.obj"]
+    assert places("a/*/x.*", ending=".stl") == ["b/x.stl"]
+    assert places("c/list.txt") == ["y.obj", "x.ply"]
+    assert places("a/x.ply", "a/x.ply", "./a") == ["x.ply", "b/x.PLY"]  # each once
+    assert places(".") == ["a/b/x.PLY", "a/x.ply", "c/y.obj"]  # what lies in the output folder is no input
+    with pytest.raises(mss.InvalidParameter, match="would both become"):
+        sources(["a/x.ply", "out/../a/b/x.PLY"], "out", ".ply")
+    with pytest.raises(mss.InvalidParameter, match="would be replaced by its own result"):
+        sources("a/x.ply", "a")
+    for nothing in ("empty", "c/*.stl"):
+        Path("empty").mkdir(exist_ok=True)
+        with pytest.raises(mss.FileError, match="no mesh"):
+            sources(nothing, "out")
+    with pytest.raises(mss.InvalidParameter, match="no mesh"):
+        sources([], "out")
+    Path("bad.txt").write_bytes(b"\xff\xfe\x00")
+    for manifest in ("bad.txt", "none.txt"):
+        with pytest.raises(mss.FileError, match=f"{manifest}: cannot be read"):
+            sources(manifest, "out")
+    Path("bad.txt").write_text("x" * 5000)
+    with pytest.raises(mss.FileError, match="bad.txt:1: is no path"):
+        sources("bad.txt", "out")
+
+
+def test_as_many_run_at_once_as_there_is_memory_for(monkeypatch):
+    running, most = set(), [0]
+
+    class Recorder(local._Worker):
+        def do(self, job, limit, time_limit):
+            running.add(job.source)
+            most[0] = max(most[0], sum(local.bytes_needed(source, size) for source, size in sizes if source in running))
+            time.sleep(0.01)
+            running.discard(job.source)
+            return work.failure(job, "failed", "")
+
+    sizes = [(f"{n}.ply", n * 10**6) for n in range(1, 13)]
+    budget = 2 * local.bytes_needed("x.ply", 9 * 10**6)
+    monkeypatch.setattr(local, "_Worker", Recorder)
+    monkeypatch.setattr(local.memory, "available", lambda: budget)
+    jobs = [(Job(source, "", "", {}), size) for source, size in sizes]
+    assert len(list(local.outcomes(jobs, 8, 60.0))) == 12
+    assert 0 < most[0] <= budget
+    monkeypatch.setattr(local.memory, "available", lambda: 0)  # then one by one
+    assert len(list(local.outcomes(jobs, 8, 60.0))) == 12
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="Linux sees to it")
+def test_a_mesh_that_takes_more_memory_than_its_share_fails_by_itself(tmp_path, monkeypatch):
+    inputs = scans(tmp_path / "in", 1)
+    code = """
+from meshlab_specsmooth.batch import work, worker
+def greedy(job):
+    try:
+        bytearray(3 * 2**30)
+    except MemoryError:
+        return work.failure(job, "failed", "memory ran out")
+    return work.run(job)
+worker.serve(greedy)
+"""
+    monkeypatch.setattr(local, "COMMAND", (sys.executable, "-c", code))
+    monkeypatch.setattr(local.memory, "available", lambda: 2**30)
+    assert [outcome.reason for outcome in batch(inputs, tmp_path / "out").outcomes] == ["memory ran out"]
+
+
+def command(*arguments):
+    return [sys.executable, "-m", "meshlab_specsmooth", "batch", *map(str, arguments), "--no-pictures"]
+
+
+def until(condition, seconds=60):
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end, "it never came"
+        time.sleep(0.005)
+
+
+def records(out):
+    return list(out.rglob(f"*{RECORD_ENDING}"))
+
+
+def assert_nothing_looks_finished_that_is_not(out):
+    """Each mesh in the folder can be read, and is whole; what has a record is what is recorded."""
+    for path in out.glob("*.ply"):
+        assert files.read(path).current_mesh().vertex_number() > 0
+    for record in records(out):
+        output = str(record)[: -len(RECORD_ENDING)]
+        assert work.read_record(output).is_of(output)
+
+
+@posix
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
+def test_a_run_that_is_killed_is_gone_on_with(tmp_path, monkeypatch, number):
+    inputs, out = scans(tmp_path / "in", 8, (60, 50)), tmp_path / "out"
+    with subprocess.Popen(
+        command(inputs, "--out", out, "--workers", 2, "--passes", 5), stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    ) as process:
+        until(lambda: len(records(out)) >= 2)
+        process.send_signal(number)
+        _, error = process.communicate()
+    assert process.returncode != 0
+    assert b"Traceback" not in error
+    finished = {str(record): record.stat().st_mtime_ns for record in records(out)}
+    assert_nothing_looks_finished_that_is_not(out)
+    if number != signal.SIGKILL:  # what was going on was cleaned up, and told
+        assert not list(out.glob(".specsmooth-*"))
+        counts = json.loads((out / "summary.json").read_text())["counts"]
+        assert counts["done"] + counts["not run"] == 8
+    monkeypatch.setattr(local, "outcomes", lambda jobs, workers, time_limit: (work.run(job) for job, _ in jobs))
+    again = batch(inputs, out, passes=5)
+    assert again.is_complete
+    assert again.counts["skipped"] >= len(finished)
+    assert all(Path(name).stat().st_mtime_ns == then for name, then in finished.items())
+    assert not list(out.glob(".specsmooth-*"))
+    fresh = batch(inputs, tmp_path / "fresh", passes=5)
+    assert fresh.is_complete
+    assert outputs(out) == outputs(tmp_path / "fresh")
+
+
+def test_what_is_left_by_the_dead_is_removed_and_by_the_living_not(tmp_path):
+    with subprocess.Popen([sys.executable, "-c", ""]) as process:
+        process.wait()
+    dead, alive, else_where = (
+        tmp_path / f"{files._temporary_prefix(process.pid)}x",
+        tmp_path / f"{files._temporary_prefix(os.getpid())}x",
+        tmp_path / f".specsmooth-elsewhere-{process.pid}-x",
+    )
+    for folder in (dead, alive, else_where):
+        folder.mkdir()
+    files.sweep(tmp_path)
+    assert sorted(tmp_path.iterdir()) == sorted(
+        [alive, else_where] if os.name == "posix" else [dead, alive, else_where]
+    )
+
+
+@pytest.fixture(scope="module")
+def cluster(tmp_path_factory):
+    """A scheduler and two workers, each a process: its address, and the workers."""
+    pytest.importorskip("distributed")
+    folder = tmp_path_factory.mktemp("cluster")
+    file = folder / "scheduler.json"
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "cwd": folder}
+    dask = [sys.executable, "-m", "dask"]
+    here = ["--host", "127.0.0.1", "--scheduler-file", file]
+    processes = [subprocess.Popen([*dask, "scheduler", *here, "--port", "0", "--no-dashboard"], **quiet)]
+    try:
+        until(file.exists)
+        worker = [*dask, "worker", *here, "--nthreads", "1", "--no-nanny", "--no-dashboard"]
+        processes += [subprocess.Popen([*worker, "--local-directory", folder], **quiet) for _ in range(2)]
+        yield json.loads(file.read_text())["address"], processes[1:]
+    finally:
+        for process in reversed(processes):
+            process.kill()
+            process.wait()
+
+
+@posix
+def test_a_cluster_gives_the_same_bits_though_a_worker_is_killed(tmp_path, cluster):
+    address, workers = cluster
+    inputs = scans(tmp_path / "in", 10, (60, 50))
+    (inputs / "damaged.ply").write_text("ply\n")
+    out, here = tmp_path / "cluster", tmp_path / "local"
+    given = [inputs, "--out", out, "--passes", 3, "--scheduler", address]
+    with subprocess.Popen(command(*given), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        until(lambda: len(records(out)) >= 2)
+        workers[0].kill()
+        printed, error = process.communicate()
+    assert process.returncode == 1
+    assert "1 of 11 meshes failed" in error
+    lines = printed.splitlines()
+    # a record may be there while its worker dies before it can say so: then it is found by the other one
+    assert sum(line.startswith(("done", "skipped")) for line in lines) == 10
+    assert {Path(line.split(": ")[0]).name for line in lines if line.startswith("failed")} == {"damaged.ply"}
+    assert batch(inputs, here, passes=3).counts == {"done": 10, "failed": 1}
+    assert outputs(out) == outputs(here)
+    assert batch(inputs, out, passes=3).counts == {"skipped": 10, "failed": 1}
+
+
+def test_no_cluster_is_one_line(tmp_path, monkeypatch, capsys):
+    inputs = scans(tmp_path / "in", 1)
+    arguments = ["batch", str(inputs), "--out", str(tmp_path / "out"), "--scheduler", "tcp://127.0.0.1:1"]
+    environment = {**os.environ, "DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT": "1s"}
+    done = subprocess.run(
+        [sys.executable, "-m", "meshlab_specsmooth", *arguments],
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.returncode, done.stdout) == (1, "")
+    assert done.stderr.startswith("specsmooth: tcp://127.0.0.1:1: there is no Dask scheduler")
+    assert done.stderr.count("\n") == 1
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    assert main(arguments) == 1
+    assert "pip install 'meshlab-specsmooth[cluster]'" in capsys.readouterr().err
+
+
+def test_contact_sheets_show_each_mesh_before_and_after(tmp_path, monkeypatch, in_this_process):
+    pytest.importorskip("pyvista")
+    summary = batch(scans(tmp_path / "in", 2), tmp_path / "out", pictures=True)
+    assert summary.pictures == (str(tmp_path / "out" / "contact-1.png"),)
+    assert Path(summary.pictures[0]).read_bytes().startswith(b"\x89PNG")
+    assert json.loads((tmp_path / "out" / "summary.json").read_text())["pictures"] == list(summary.pictures)
+    pairs = [(outcome.input, outcome.output) for outcome in summary.outcomes]
+    assert contact_sheet.draw_apart(tmp_path, [("none.ply", "none.ply")]) == ()  # the process fails, and that is all
+    monkeypatch.setattr(contact_sheet.importlib.util, "find_spec", lambda name: None)
+    assert contact_sheet.draw_apart(tmp_path, pairs) == ()
+
+
+def test_a_line_is_one_line_whatever_the_file_is_called(tmp_path):
+    name = "a\nb\x1b[31m\udcff ü"
+    lines = [
+        command_line.line(mss.Outcome(name, name, "done", vertices=3, noise=0.1, cutoff=0.2, volume_change=-0.01)),
+        command_line.line(mss.Outcome(name, name, "failed", "no such file")),
+    ]
+    for line in lines:
+        assert line.encode()
+        assert line.isprintable()
+        assert r"a\nb\x1b[31m\udcff ü" in line
+    assert "noise 0.1 cut-off 0.2 volume -1.000 %" in lines[0]
+
+
+@posix
+def test_strange_names_are_names(tmp_path, in_this_process):
+    inputs = tmp_path / "in"
+    inputs.mkdir()
+    scan = scans(tmp_path / "made", 1) / "scan0.ply"
+    names = ["with space.ply", 'it\'s "quoted".ply', "new\nline.ply", "ünïcödé.ply", "-dash.ply", "100%.ply"]
+    for name in names:
+        shutil.copy(scan, inputs / name)
+    summary = batch(inputs, tmp_path / "out")
+    assert summary.counts == {"done": len(names)}
+    assert set(outputs(tmp_path / "out")) == set(names)

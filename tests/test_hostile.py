@@ -1,0 +1,215 @@
+"""Files from strangers: one line and an exit code, the target untouched, and never a hang, a crash or all memory."""
+
+import os
+import resource
+import shutil
+import struct
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import meshlab_specsmooth as mss
+from meshlab_specsmooth.bridge import files, headers, meshset
+from meshlab_specsmooth.cli import main
+from tests.meshes import torus
+
+CORNERS = struct.pack("<9f", 0, 0, 0, 1, 0, 0, 0, 1, 0)
+FACE = struct.pack("<B3i", 3, 0, 1, 2)
+GARBAGE = np.random.default_rng(1).bytes(5000)
+
+
+def ply(vertices=3, faces=1, body=CORNERS + FACE, kind="binary_little_endian", more=""):
+    names = "".join(f"property float {x}\n" for x in "xyz")
+    lists = "property list uchar int vertex_indices\n"
+    return (
+        f"ply\nformat {kind} 1.0\n{more}element vertex {vertices}\n{names}element face {faces}\n{lists}end_header\n"
+    ).encode() + body
+
+
+def stl(count, *facets):
+    return bytes(80) + struct.pack("<I", count) + b"".join(struct.pack("<12f", 0, 0, 1, *f) + b"\0\0" for f in facets)
+
+
+def obj(faces, corners="v 0 0 0\nv 1 0 0\nv 0 1 0\n"):
+    return (corners + faces).encode()
+
+
+XML_BOMB = b"".join(
+    [
+        b'<?xml version="1.0"?><!DOCTYPE l [<!ENTITY a "aaaaaaaaaa">',
+        *(f'<!ENTITY {chr(98 + i)} "{f"&{chr(97 + i)};" * 10}">'.encode() for i in range(9)),
+        b"]><COLLADA>&j;</COLLADA>",
+    ]
+)
+
+NAN = float("nan")
+REFUSED = {
+    "truncated.ply": ply()[:-5],
+    "header alone.ply": b"ply\nformat ascii 1.0\nelement vertex 3\n",
+    "header without an end.ply": ply()[:60] + b"comment x\n" * 200_000,
+    "too many vertices.ply": ply(vertices=4_000_000_000),
+    "many vertices.ply": ply(vertices=20_000_000),
+    "many vertices of text.ply": ply(vertices=20_000_000, kind="ascii"),
+    "too many faces.ply": ply(faces=4_000_000_000),
+    "fewer than no vertices.ply": ply(vertices=-3),
+    "more than any vertices.ply": ply(vertices="9" * 40),
+    "not a number of vertices.ply": ply(vertices="three"),
+    "an element without name.ply": ply(more="element\n"),
+    "a property without type.ply": ply(vertices=4_000_000, more="property\n"),
+    "a long name.ply": ply(more=f"element {'v' * 100_000} 0\n"),
+    "index too large.ply": ply(body=CORNERS + struct.pack("<B3i", 3, 0, 1, 200_000_000)),
+    "index negative.ply": ply(body=CORNERS + struct.pack("<B3i", 3, 0, 1, -7)),
+    "not finite.ply": ply(body=struct.pack("<9f", NAN, 0, 0, 1, 0, 0, 0, np.inf, 0) + FACE),
+    "another format.ply": obj("f 1 2 3\n"),
+    "missing index.obj": obj("f 1 2 9\n"),
+    "index zero.obj": obj("f 0 1 2\n"),
+    "negative index.obj": obj("f -1 -2 -9\n"),
+    "words.obj": b"v a b c\nv 1\nf x y z\n",
+    "no vertices.obj": b"f\n",
+    "one vertex.obj": b"v 0 0 0\nf 1 1 1\n",
+    "no faces.obj": obj(""),
+    "not finite.obj": obj("f 1 2 3\n", "v nan 0 0\nv 1 0 0\nv 0 1 0\n"),
+    "beyond double.obj": obj("f 1 2 3\n", "v 1e400 0 0\nv 1 0 0\nv 0 1 0\n"),
+    "another format.obj": ply(),
+    "not finite.stl": stl(1, (NAN, 0, 0, 1, 0, 0, 0, 1, 0)),
+    "truncated.stl": stl(1000, (0, 0, 0, 1, 0, 0, 0, 1, 0)),
+    "endless.stl": stl(4_000_000_000, (0, 0, 0, 1, 0, 0, 0, 1, 0)),
+    "zeros.stl": bytes(500),
+    "text.stl": b"hello\n" * 100,
+    "broken off.stl": b"solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n",
+    "one line.stl": b"solid x facet normal 0 0 1 outer loop vertex 0 0 0 vertex 1 0 0 endsolid",
+    "solid and zeros.stl": b"solid x\n" + bytes(5000),
+    "another format.stl": ply(),
+    "missing index.off": b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 9\n",
+    "negative index.off": b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 -9\n",
+    "truncated.off": b"OFF\n3 1 0\n0 0 0\n1 0",
+    "too many vertices.off": b"OFF # all\n4000000000 1 0\n0 0 0\n",
+    "too many faces.off": b"OFF\n3 2000000000 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
+    "too many corners.off": b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n2000000000 0 1 2\n",
+    "entities.dae": XML_BOMB,
+    "outside.dae": b'<!DOCTYPE l [<!ENTITY a SYSTEM "file:///etc/passwd">]><COLLADA>&a;</COLLADA>',
+    **{f"empty.{ending}": b"" for ending in ("ply", "obj", "stl", "off", "gltf", "dae", "3ds", "wrl", "x3d", "ctm")},
+    **{f"garbage.{ending}": GARBAGE for ending in ("ply", "obj", "stl", "off", "glb", "dae", "3ds", "wrl", "x3d")},
+    "garbage.xyzzy": GARBAGE,
+}
+
+
+@pytest.fixture
+def little_memory():
+    """So that a reader that takes all of it fails, and not the machine."""
+    data = int(Path("/proc/self/statm").read_text().split()[5]) * os.sysconf("SC_PAGE_SIZE")
+    before = resource.getrlimit(resource.RLIMIT_DATA)
+    resource.setrlimit(resource.RLIMIT_DATA, (data + 2**29, before[1]))
+    yield
+    resource.setrlimit(resource.RLIMIT_DATA, before)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="memory is limited as Linux does it")
+@pytest.mark.parametrize("name", REFUSED)
+def test_a_file_that_is_no_mesh_is_one_line_and_leaves_the_target(tmp_path, capfd, little_memory, name):
+    source, target = tmp_path / name, tmp_path / "target.ply"
+    source.write_bytes(REFUSED[name])
+    target.write_bytes(b"as it was")
+    assert main(["smooth", str(source), str(target)]) == 1
+    printed = capfd.readouterr()
+    assert printed.out.strip() == ""
+    assert printed.err.startswith("specsmooth: ")
+    assert printed.err.count("\n") == 1
+    assert target.read_bytes() == b"as it was"
+    assert source.read_bytes() == REFUSED[name]
+    assert sorted(file.name for file in tmp_path.iterdir()) == sorted([name, "target.ply"])
+
+
+ACCEPTED = {
+    "fine.ply": ply(),
+    "windows.ply": ply(kind="ascii", body=b"0 0 0\r\n1 0 0\r\n0 1 0\r\n3 0 1 2").replace(b"\n", b"\r\n"),
+    "backwards.obj": obj("f -1 -2 -3\n"),
+    "huge and tiny.obj": obj("f 1 2 3\nf 1 2 4\n", "v 1e300 0 0\nv 1e-300 0 0\nv 0 1e300 0\nv 0 0 1e300\n"),
+    "fine.stl": stl(1, (0, 0, 0, 1, 0, 0, 0, 1, 0)),
+    "text.stl": b"solid caf\xc3\xa9\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n"
+    b"endloop\nendfacet\nendsolid\n",
+    "fine.off": b"OFF\n# a triangle\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2",
+}
+
+
+@pytest.mark.parametrize("name", ACCEPTED)
+def test_a_file_that_is_odd_but_a_mesh_is_smoothed(tmp_path, name):
+    (tmp_path / name).write_bytes(ACCEPTED[name])
+    assert main(["smooth", str(tmp_path / name), str(tmp_path / "out.obj")]) == 0
+    assert np.isfinite(meshset.pull(files.read(tmp_path / "out.obj"))[0]).all()
+
+
+@pytest.mark.parametrize("ending", ["ply", "stl", "off"])
+def test_what_pymeshlab_writes_promises_no_more_than_it_holds(tmp_path, ending):
+    path = tmp_path / f"mesh.{ending}"
+    files.write(meshset.new(*torus(8, 6)), path)
+    headers.check(path)
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 10])
+    with pytest.raises(mss.FileError):
+        files.read(path)
+
+
+@pytest.mark.parametrize("cut", range(0, 100, 9))
+@pytest.mark.parametrize("ending", ["ply", "obj", "stl", "off"])
+def test_a_file_cut_anywhere_is_an_error_or_a_mesh(tmp_path, ending, cut):
+    path = tmp_path / f"mesh.{ending}"
+    files.write(meshset.new(*torus(8, 6)), path)
+    path.write_bytes(path.read_bytes()[: path.stat().st_size * cut // 100])
+    assert main(["smooth", str(path), str(tmp_path / "out.ply")]) in (0, 1)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="names of POSIX")
+@pytest.mark.parametrize("name", ["a b.ply", "it's.ply", 'a "b".ply', "a\nb.ply", "ünï.ply", "-o.ply", "100%.ply"])
+def test_strange_names_are_names(tmp_path, name):
+    source, target = tmp_path / name, tmp_path / f"out {name}"
+    files.write(meshset.new(*torus(8, 6)), source)
+    assert main(["smooth", str(source), str(target)]) == 0
+    assert files.read(target).current_mesh().vertex_number() == 48
+    source.unlink()
+    assert main(["smooth", str(source), str(target)]) == 1
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="limits of POSIX")
+@pytest.mark.parametrize("ending", ["ply", "obj", "stl", "off", "dae", "wrl"])
+@pytest.mark.parametrize("share", [0.5, 0.999])
+def test_a_full_disk_leaves_the_old_file(tmp_path, ending, share):
+    """Stood in for by a limit on the size of files: what is written beyond it is refused as it is there."""
+    source, target = tmp_path / "in.ply", tmp_path / f"out.{ending}"
+    files.write(meshset.new(*torus(40, 24)), source)
+    assert main(["smooth", str(source), str(target)]) == 0
+    most = int(target.stat().st_size * share)
+    target.write_bytes(b"as it was")
+    code = f"""
+import resource, signal, sys
+from meshlab_specsmooth.cli import main
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, ({most}, resource.RLIM_INFINITY))
+sys.exit(main(["smooth", {str(source)!r}, {str(target)!r}]))
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert done.stderr.startswith(f"specsmooth: {target}: cannot be written: ")
+    assert done.stderr.count("\n") == 1
+    assert target.read_bytes() == b"as it was"
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["in.ply", target.name]
+
+
+def test_a_batch_of_strangers_is_a_line_each(tmp_path):
+    inputs = tmp_path / "in"
+    inputs.mkdir()
+    for name, data in REFUSED.items():
+        (inputs / name).write_bytes(data)
+    files.write(meshset.new(*torus(8, 6)), inputs / "fine.ply")
+    shutil.copy(inputs / "fine.ply", inputs / "fine too.ply")
+    summary = mss.batch([inputs, inputs / "garbage.xyzzy"], tmp_path / "out", pictures=False, workers=1)
+    assert summary.counts == {"done": 2, "failed": len(REFUSED)}
+    assert all(outcome.reason for outcome in summary.outcomes if not outcome.is_there)
+    assert {path.name for path in (tmp_path / "out").glob("*.*") if "specsmooth" not in path.name} == {
+        "fine.ply",
+        "fine too.ply",
+        "summary.json",
+        "summary.csv",
+    }
