@@ -62,6 +62,10 @@ class ClusterError(SpecsmoothError, ConnectionError):
     """A cluster that cannot be reached, or is lost."""
 
 
+class NoDisplay(SpecsmoothError, RuntimeError):  # noqa: N818
+    """There is no display to open a window on."""
+
+
 class InvalidXml(SpecsmoothError, ValueError):  # noqa: N818
     """An XML file that is malformed or does not follow its grammar: file, line, reason."""
 

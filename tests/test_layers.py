@@ -40,6 +40,7 @@ HOME = {
     "pyvista": "report",
     "matplotlib": "report",
     "jinja2": "report",
+    "polyscope": "report",
     "tqdm": "cli",
     "numba": "graph",
 }

@@ -292,7 +292,7 @@ def _smoothed(
     if values.pop("selected", False):
         values["mask"] = _selected(ms, "vertex_selection") | _selected(ms, "face_selection")
     if "features" in values:
-        values["features"] = _features(ms, values["features"])
+        values["features"] = features_of(ms, values["features"])
     for name in ("modes", "wavelength", "longest", "shortest", "barycenter_weight"):
         if values.get(name) == 0:  # zero stands for "not given", as a filter's parameters all have a value
             del values[name]
@@ -310,7 +310,7 @@ def _selected(ms: pymeshlab.MeshSet, what: str) -> npt.NDArray[np.bool_]:
     return mask
 
 
-def _features(ms: pymeshlab.MeshSet, source: str) -> Floats | None:
+def features_of(ms: pymeshlab.MeshSet, source: str) -> Floats | None:
     """Feature weights of the vertices."""
     if source == "none":
         return None

@@ -14,7 +14,7 @@ import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -205,7 +205,12 @@ def _from_text(parameter: Parameter, text: str) -> Any:
 
 
 def _as_script(steps: Sequence[Step]) -> str:
-    return "<!DOCTYPE FilterScript>\n<FilterScript>\n" + "".join(map(_as_xml, steps)) + "</FilterScript>\n"
+    return text_of(map(_as_xml, steps))
+
+
+def text_of(steps: Iterable[str]) -> str:
+    """A filter script, from the XML of its filters."""
+    return "<!DOCTYPE FilterScript>\n<FilterScript>\n" + "".join(steps) + "</FilterScript>\n"
 
 
 def _as_xml(step: Step) -> str:

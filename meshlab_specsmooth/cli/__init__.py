@@ -13,7 +13,7 @@ from pathlib import Path
 from types import FrameType
 
 from meshlab_specsmooth.bridge.parameters import PyMeshLabException
-from meshlab_specsmooth.cli import batch, compare, demo, filters, run, smooth, spectrum
+from meshlab_specsmooth.cli import batch, compare, demo, filters, run, smooth, spectrum, tune
 from meshlab_specsmooth.errors import InvalidParameter, SpecsmoothError
 from meshlab_specsmooth.version import VERSION
 
@@ -24,6 +24,7 @@ _COMMANDS = {
     "compare": compare,
     "batch": batch,
     "spectrum": spectrum,
+    "tune": tune,
     "run": run,
     "filters": filters,
     "demo": demo,

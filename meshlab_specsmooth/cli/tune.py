@@ -1,0 +1,87 @@
+"""``specsmooth tune MESH``."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from meshlab_specsmooth import descriptors
+from meshlab_specsmooth.bridge import files, filters, meshset, scripts
+from meshlab_specsmooth.bridge.parameters import resolve
+from meshlab_specsmooth.cli.options import add_options
+from meshlab_specsmooth.report.window import WEIGHTS, Setting, tune
+from meshlab_specsmooth.smoothing import DEFAULT_WAVELENGTH_IN_EDGES, SmoothingResult, prepare
+
+_DESCRIPTOR = descriptors.load("apply_coord_spectral_smoothing")
+
+SUMMARY = "find a setting with sliders, in a window"
+DESCRIPTION = """Opens a window with sliders for cut-off, weight, response and, where the mesh has features, their gain;
+the surface follows at once. It starts at the weight that the noise asks for. Buttons save the mesh, save the filter as
+a script that `specsmooth run` and MeshSets apply, or print the call in Python."""
+EXAMPLES = """examples:
+  specsmooth tune scan.ply
+  specsmooth tune scan.ply --out smooth.ply --script smooth.mlx
+  specsmooth tune scan.ply --features vertex_quality
+  specsmooth tune scan.ply --screenshot window.png"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the subcommand."""
+    parser.add_argument("input", metavar="MESH", help="mesh to read, in any format that pymeshlab reads")
+    parser.add_argument("--out", metavar="FILE", help="what the mesh is saved as (default: MESH-smooth.ply)")
+    parser.add_argument("--script", metavar="FILE", help="what the script is saved as (default: MESH-smooth.mlx)")
+    parser.add_argument("--screenshot", metavar="FILE", help="write a PNG of the window instead; needs no display")
+    add_options(parser, _DESCRIPTOR, only=("features",))
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Read, open, and do what the buttons say."""
+    source = Path(arguments.input)
+    out = Path(arguments.out or source.with_name(f"{source.stem}-smooth.ply"))
+    script = Path(arguments.script or source.with_name(f"{source.stem}-smooth.mlx"))
+    for path in (out, script, arguments.screenshot):
+        if path is not None:
+            files.check_place(path)
+    ms = files.read(source)
+    features = filters.features_of(ms, arguments.features)
+    prepared = prepare(*meshset.pull(ms))
+    least, most = WEIGHTS
+    weight = min(max(prepared.smooth().barycenter_weight, least), most)
+    first = Setting(DEFAULT_WAVELENGTH_IN_EDGES, weight, "gaussian", 1.0 if features is not None else 0.0)
+
+    def save_mesh(setting: Setting, result: SmoothingResult) -> str:
+        changed = files.read(source)
+        meshset.push(changed, result.vertices)
+        files.write(changed, out, source=source)
+        return f"saved {out}"
+
+    def save_script(setting: Setting, result: SmoothingResult) -> str:
+        step = scripts.step_of(_DESCRIPTOR, resolve(_DESCRIPTOR, parameters(setting, result, arguments.features), ms))
+        files.write_text(script, scripts.text_of([step]))
+        return f"saved {script}"
+
+    def print_call(setting: Setting, result: SmoothingResult) -> str:
+        text = call(parameters(setting, result, arguments.features))
+        print(text, flush=True)
+        return text
+
+    actions = {"save the mesh": save_mesh, "save the script": save_script, "print the call": print_call}
+    tune(prepared, first, actions, features=features, screenshot=arguments.screenshot)
+    if arguments.screenshot is not None:
+        print(f"picture: {arguments.screenshot}")
+
+
+def parameters(setting: Setting, result: SmoothingResult, features: str) -> dict[str, Any]:
+    """The filter's parameters where the sliders stand."""
+    given = {"wavelength": result.wavelength, "barycenter_weight": setting.weight, "response": setting.response}
+    return given if features == "none" else given | {"features": features, "feature_gain": setting.gain}
+
+
+def call(given: dict[str, Any]) -> str:
+    """The call on a MeshSet as one would type it; lengths are in mesh units."""
+    typed = ", ".join(
+        f"{name}=pymeshlab.PureValue({value!r})" if name == "wavelength" else f"{name}={value!r}"
+        for name, value in given.items()
+    )
+    return f"ms.apply_coord_spectral_smoothing({typed})"
