@@ -309,3 +309,17 @@ def test_without_the_extra_the_result_is_the_same(monkeypatch):
     without = mss.smooth_edge_aware(*NOISY, **FIXED)
     assert without.kernels == "scipy"
     assert apart(with_it.vertices, without.vertices) < 1e-9 * np.ptp(NOISY[0])
+
+
+def test_far_impulses_are_drawn_in_where_they_would_mislead():
+    V, F = torus(60, 40)
+    edge = mss.surface.mean_edge_length(mss.Surface(V, F))
+    random = np.random.default_rng(3)
+    hit = random.random(len(V)) < 0.1
+    noisy = V + hit[:, None] * edge * random.standard_normal(V.shape)
+    result = mss.denoise(noisy, F)
+    assert result.noise.kind == "impulse"
+    off = np.sqrt(((result.vertices - V) ** 2).sum(axis=1).mean())
+    before = np.sqrt(((noisy - V) ** 2).sum(axis=1).mean())
+    assert off < 0.35 * before
+    assert result.considered[0].setting.passes == result.passes
