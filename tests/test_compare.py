@@ -216,12 +216,14 @@ def test_transfer_functions_are_those_of_the_filters(found):
     """
     measured = {row.competitor.key: row.response for row in found.rows[1:-1]}
     x = found.eigenvalues
-    inner = x > 0.1  # below there are a few waves a band
+    inner = (x > 0.1) & np.isfinite(measured["taubin"])  # where there are more than a few waves a band
+    assert inner.sum() > 15
     assert measured["umbrella"][inner] == pytest.approx((1 - 12 / 13 * x[inner]) ** 3, abs=0.04)
     taubin = ((1 - 0.5 * x) * (1 + 0.53 * x)) ** 10
     assert measured["taubin"][inner] == pytest.approx(taubin[inner], abs=0.08)
-    assert np.abs(measured["low-pass"][x > 0.5]).max() < 0.05
-    assert measured["automatic"][0] > 0.8
+    assert np.nanmax(np.abs(measured["low-pass"][x > 0.5])) < 0.05
+    passed = measured["automatic"][np.isfinite(measured["automatic"])]
+    assert passed[0] > 0.1 > 0.05 > passed[-1]
 
 
 def test_the_input_is_as_it_was(found):

@@ -158,7 +158,7 @@ class Row:
     power : (b,) float64
         Power of a mode in each band, relative to the mesh as given where that is not 0.
     response : (b,) float64
-        Measured transfer function in each band.
+        Measured transfer function in each band, NaN where there are too few modes.
     hash : str
         SHA-256 of the vertices.
     """

@@ -42,6 +42,7 @@ _WHOLE = 60_000
 _SAMPLE = 20_000
 _SEED = 7
 _BANDS = 40
+_FEWEST_MODES = 30  # in a band, to measure a response by a random perturbation
 # Two runs of a filter are the same if they differ by no more than this share of the noise (root mean square); what it
 # chose is the same within this share
 _SAME, _ALIKE = 1e-4, 0.02
@@ -237,7 +238,8 @@ class _Bench:
     def response(self, result: Floats, perturbed: Sequence[Floats | None]) -> Floats | None:
         """(b,) the transfer function: how much of a small perturbation along the normals comes through, by band.
 
-        By polarisation: with g what was put in and r what came out, <g, r> / <g, g> in each band.
+        By polarisation: with g what was put in and r what came out, <g, r> / <g, g> in each band; NaN where there are
+        too few modes to tell.
         """
         pairs = [(X, Y) for X, Y in zip(self.perturbed, perturbed, strict=False) if Y is not None]
         if not pairs:
@@ -247,7 +249,9 @@ class _Bench:
         scale = float(np.abs(put).max())
         put, out = put / scale, out / scale
         plus, minus, whole = (band_energies(self.L, X, self.angles) for X in (put + out, put - out, put))
-        return np.asarray((plus - minus) / (4 * np.maximum(whole, np.finfo(np.float64).tiny)))
+        # the energy of a random perturbation is that of the modes in a band
+        seen = whole * len(put) >= _FEWEST_MODES * whole.sum()
+        return np.where(seen, (plus - minus) / (4 * np.where(seen, whole, 1.0)), np.nan)
 
 
 def _run(

@@ -28,8 +28,6 @@ _STYLE = {
     "grid.color": "#e6e9ee",
     "axes.edgecolor": "#8a94a0",
 }
-# Modes below a band (Weyl's law) from which on a random perturbation has enough of them to measure a response by
-_FEWEST_MODES = 60
 # against noise removed: what it costs, in the order of the page
 _COSTS = ("estimated_error", "volume", "offset", "feature_loss", "displacement")
 
@@ -171,11 +169,10 @@ def _agreement(found: Comparison, axes: Any) -> None:
 
 def _responses(found: Comparison, axes: Any) -> None:
     painted = colours(found)
-    shown = found.eigenvalues > _FEWEST_MODES * 3.63 / len((found.sample or found.given).vertices)
     limit = found.rows[0].values["estimated_error"]
     for row in found.rows:
         if row.response is not None and row.values["estimated_error"] <= limit:
-            axes.plot(found.eigenvalues[shown], row.response[shown], color=painted[row.name], **_line(row))
+            axes.plot(found.eigenvalues, row.response, color=painted[row.name], **_line(row))
     axes.axhline(0, color="#8a94a0", linewidth=0.8)
     axes.set_ylim(-0.15, 1.15)
     axes.set_xscale("log")
