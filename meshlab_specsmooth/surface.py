@@ -14,6 +14,9 @@ Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int32]
 Booleans = npt.NDArray[np.bool_]
 
+# Nearer to the end of the range of numbers, differences and wavelengths would leave it.
+_LARGEST = 2.0**1000
+
 
 @dataclass(frozen=True, eq=False)
 class Surface:
@@ -69,6 +72,11 @@ def _checked_vertices(given: Any) -> Floats:
         row = int(np.flatnonzero(~finite.all(axis=1))[0])
         raise InvalidSurface(
             "vertices", f"is not finite: {vertices[row].tolist()}", "remove or repair that vertex first", row
+        )
+    if max(vertices.max(), -vertices.min()) > _LARGEST:
+        row = int(np.flatnonzero((np.abs(vertices) > _LARGEST).any(axis=1))[0])
+        raise InvalidSurface(
+            "vertices", f"is beyond {_LARGEST:.0e}: {vertices[row].tolist()}", "scale the mesh down", row
         )
     return vertices
 
