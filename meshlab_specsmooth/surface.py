@@ -150,14 +150,18 @@ def boundary_vertices(surface: Surface) -> Booleans:
 
 def face_vectors(surface: Surface) -> Floats:
     """(m, 3) normals whose length is twice the face's area, in squared mesh units."""
-    V, F = surface.vertices, surface.faces
+    return _face_vectors(surface.vertices, surface.faces)
+
+
+def _face_vectors(V: Floats, F: Integers) -> Floats:
     return np.asarray(np.cross(V[F[:, 1]] - V[F[:, 0]], V[F[:, 2]] - V[F[:, 0]]), dtype=np.float64)
 
 
 def vertex_normals(surface: Surface) -> Floats:
     """(n, 3) unit normals, the mean over the faces at a vertex weighted by area; zero where there is none."""
     V, F = np.zeros_like(surface.vertices), surface.faces
-    vectors = face_vectors(surface)
+    _, exponent = np.frexp(np.abs(surface.vertices).max())
+    vectors = _face_vectors(np.ldexp(surface.vertices, -exponent), F)  # squares must stay in the range of numbers
     for corner in range(3):
         np.add.at(V, F[:, corner], vectors)
     length = np.linalg.norm(V, axis=1)
