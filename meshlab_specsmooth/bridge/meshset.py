@@ -171,7 +171,7 @@ def write(ms: pymeshlab.MeshSet, change: Change, verbosity: Verbosity | None = N
         raise MeshSetError(f"{len(change.vertices)} coordinates for a mesh of {len(vertices)} vertices")
     if change.quality is not None and np.abs(vertices).max() > _FARTHEST_WITH_QUALITY:
         raise MeshSetError(
-            f"coordinates beyond {_FARTHEST_WITH_QUALITY:.0e} take no vertex quality (pymeshlab would crash); scale them"
+            f"coordinates beyond {_FARTHEST_WITH_QUALITY:.0e} take no vertex quality (pymeshlab crashes); scale them"
         )
     script, known = script_of(ms), verbosity or verbosity_of(ms)
 
