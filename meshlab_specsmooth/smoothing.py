@@ -67,6 +67,9 @@ _CHOSEN_FROM = ("heat", "ideal")
 LONGEST_ENHANCED_IN_EDGES = 30.0
 SHORTEST_ENHANCED_IN_EDGES = 6.0
 
+# Waves shorter or longer than these are no different from them, and powers of them would overflow
+_DIFFERENT_IN_EDGES = (1e-30, 1e30)
+
 # From differential coordinates to what is to be added to them, with memory that is spare; the operator is the surface's
 # or its boundary's
 Change = Callable[[Laplacian, SpectralFilter, Floats, Progress | None, list[Floats]], Floats]
@@ -467,7 +470,9 @@ class Prepared:
             raise InvalidParameter(f"{name} is {length}; it must be a positive length in mesh units")
         if self.mean_edge == 0:
             raise InvalidParameter(f"{name} has no meaning here: no edge of this mesh has a length")
-        return float(np.ldexp(length, -self.exponent)) / self.mean_edge
+        with np.errstate(over="ignore"):
+            edges = np.ldexp(length, -self.exponent) / self.mean_edge
+        return float(np.clip(edges, *_DIFFERENT_IN_EDGES))
 
     def _weights(self, name: str, given: npt.ArrayLike) -> Floats:
         """Weights of the moving vertices, (k, 1)."""

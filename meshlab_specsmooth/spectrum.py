@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from meshlab_specsmooth.descriptors import Defaults, load
-from meshlab_specsmooth.errors import InvalidParameter
+from meshlab_specsmooth.errors import InvalidParameter, InvalidSurface
 from meshlab_specsmooth.smoothing import assemble
 from meshlab_specsmooth.spectral import density, eigenbasis
 from meshlab_specsmooth.surface import Floats
@@ -22,6 +22,9 @@ _LAPLACIAN = _DEFAULTS.text("laplacian")
 NOISE_BEGINS = 1.2
 
 _LEAKS_FROM = 0.1
+
+# of 2, beyond which the squares of coordinates leave the range of numbers
+_LARGEST_EXPONENT = 500
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,6 +93,8 @@ def spectrum(
     prepared = assemble(vertices, faces, laplacian)
     if len(prepared.moving) == 0:
         raise InvalidParameter("a mesh without edges has no spectrum")
+    if abs(prepared.exponent) > _LARGEST_EXPONENT:
+        raise InvalidSurface("vertices", "are too large or too small for their squares, which power is", "scale them")
     L, n = prepared.L, len(prepared.moving)
     # scaled so that energies x^T D x are those of plain coordinates
     X = (prepared.positions - prepared.positions.mean(axis=0)) / np.sqrt(L.degree.mean())
@@ -109,8 +114,8 @@ def spectrum(
         powers[0] = np.where(eigenvalue < _LEAKS_FROM, powers[0], powers[1] / eigenvalue**2)
     unit = np.ldexp(1.0, prepared.exponent)
     edge = prepared.mean_edge * unit
-    with np.errstate(divide="ignore"):
-        wavelength = np.pi / np.sqrt(eigenvalue) * edge
+    wavelength = np.full(len(eigenvalue), np.inf)
+    np.divide(np.pi * edge, np.sqrt(eigenvalue), out=wavelength, where=eigenvalue > 0)
     noisy = eigenvalue > NOISE_BEGINS
     floor = np.sqrt(powers[0][noisy].sum() / (3 * max(modes[noisy].sum(), 1.0)))
     return Spectrum(

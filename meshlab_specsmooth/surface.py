@@ -14,6 +14,9 @@ Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int32]
 Booleans = npt.NDArray[np.bool_]
 
+# Nearer to the end of the range of numbers, differences and wavelengths would leave it.
+_LARGEST = 2.0**1000
+
 
 @dataclass(frozen=True, eq=False)
 class Surface:
@@ -69,6 +72,11 @@ def _checked_vertices(given: Any) -> Floats:
         row = int(np.flatnonzero(~finite.all(axis=1))[0])
         raise InvalidSurface(
             "vertices", f"is not finite: {vertices[row].tolist()}", "remove or repair that vertex first", row
+        )
+    if max(vertices.max(), -vertices.min()) > _LARGEST:
+        row = int(np.flatnonzero((np.abs(vertices) > _LARGEST).any(axis=1))[0])
+        raise InvalidSurface(
+            "vertices", f"is beyond {_LARGEST:.0e}: {vertices[row].tolist()}", "scale the mesh down", row
         )
     return vertices
 
@@ -142,14 +150,18 @@ def boundary_vertices(surface: Surface) -> Booleans:
 
 def face_vectors(surface: Surface) -> Floats:
     """(m, 3) normals whose length is twice the face's area, in squared mesh units."""
-    V, F = surface.vertices, surface.faces
+    return _face_vectors(surface.vertices, surface.faces)
+
+
+def _face_vectors(V: Floats, F: Integers) -> Floats:
     return np.asarray(np.cross(V[F[:, 1]] - V[F[:, 0]], V[F[:, 2]] - V[F[:, 0]]), dtype=np.float64)
 
 
 def vertex_normals(surface: Surface) -> Floats:
     """(n, 3) unit normals, the mean over the faces at a vertex weighted by area; zero where there is none."""
     V, F = np.zeros_like(surface.vertices), surface.faces
-    vectors = face_vectors(surface)
+    _, exponent = np.frexp(np.abs(surface.vertices).max())
+    vectors = _face_vectors(np.ldexp(surface.vertices, -exponent), F)  # squares must stay in the range of numbers
     for corner in range(3):
         np.add.at(V, F[:, corner], vectors)
     length = np.linalg.norm(V, axis=1)

@@ -59,8 +59,13 @@ def parse(data: bytes, source: str) -> Element:
     parser.EntityDeclHandler = declaration
     parser.ElementDeclHandler = declaration
     parser.AttlistDeclHandler = declaration
+    parser.SkippedEntityHandler = declaration  # of a DTD elsewhere, which is not read
     try:
         parser.Parse(data, True)
     except expat.ExpatError as error:
         raise InvalidXml(source, error.lineno, f"is not well-formed XML ({expat.ErrorString(error.code)})") from error
+    except InvalidXml:
+        raise
+    except (LookupError, ValueError) as error:  # the encoding that it says it has is none, or none that expat reads
+        raise InvalidXml(source, 1, f"cannot be decoded ({error})") from error
     return root.children[0]

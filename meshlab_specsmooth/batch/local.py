@@ -29,6 +29,8 @@ _FACTOR, _COMPRESSED_FACTOR = 40, 400
 _COMPRESSED = frozenset((".ctm", ".3mf"))
 # what a process has before it reads anything, and takes for the smallest mesh
 _BASE = 400 * 2**20
+# by how much a mesh may exceed the estimate, where its share of the memory allows it
+_LENIENCE = 4
 # the bits of a BLAS may hang on how many threads it has; those of a Dask worker have one as well
 _ONE_BLAS_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 # how long a worker may take to clean up after itself when it is told to end
@@ -101,7 +103,8 @@ def _outcomes(jobs: Sequence[tuple[Job, int]], most: int, time_limit: float) -> 
                         break
                     waiting.remove(fitting)
                     needed, job = fitting
-                    running[threads.submit(do, job, max(needed, budget // most))] = needed
+                    limit = max(needed, min(_LENIENCE * needed, budget // most))
+                    running[threads.submit(do, job, limit)] = needed
                 for ended in wait(running, return_when=FIRST_COMPLETED).done:
                     del running[ended]
                     yield ended.result()

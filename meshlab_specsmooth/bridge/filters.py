@@ -242,7 +242,9 @@ def compute_scalar_by_spectral_displacement(
     result = _smoothed(ms, vertices, faces, Prepared.smooth, values, progress)
     normals = vertex_normals(Surface(result.vertices, faces))
     quality = by_place(vertices, ((result.vertices - vertices) * normals).sum(axis=1))
-    output = {"rms": float(np.sqrt((quality**2).mean())), "min": float(quality.min()), "max": float(quality.max())}
+    most = float(np.abs(quality).max()) or 1.0  # so that no square leaves the range of numbers
+    rms = most * float(np.sqrt(((quality / most) ** 2).mean()))
+    output = {"rms": rms, "min": float(quality.min()), "max": float(quality.max())}
     return output, Change(quality=quality)
 
 

@@ -28,6 +28,9 @@ _NATIVE_LOAD = pymeshlab.MeshSet.load_filter_script
 # coordinate plane for one, a pass comes so close that the next is exact; a third never was needed.
 MOST_MORPHING_PASSES = 3
 
+# pymeshlab dies where it transfers attributes between meshes and squares of coordinates leave the range of numbers
+_FARTHEST_WITH_QUALITY = 1e150
+
 
 def new(vertices: npt.ArrayLike, faces: npt.ArrayLike) -> pymeshlab.MeshSet:
     """A MeshSet with one mesh."""
@@ -166,6 +169,10 @@ def write(ms: pymeshlab.MeshSet, change: Change, verbosity: Verbosity | None = N
     vertices, quality = mesh.vertex_matrix(), mesh.vertex_scalar_array() if mesh.has_vertex_scalar() else None
     if change.vertices is not None and change.vertices.shape != vertices.shape:
         raise MeshSetError(f"{len(change.vertices)} coordinates for a mesh of {len(vertices)} vertices")
+    if change.quality is not None and np.abs(vertices).max() > _FARTHEST_WITH_QUALITY:
+        raise MeshSetError(
+            f"coordinates beyond {_FARTHEST_WITH_QUALITY:.0e} take no vertex quality (pymeshlab crashes); scale them"
+        )
     script, known = script_of(ms), verbosity or verbosity_of(ms)
 
     def make(may_stop: Callable[[], None]) -> None:
