@@ -165,7 +165,7 @@ def test_what_is_done_is_skipped_and_what_changed_is_done_again(tmp_path, in_thi
 def test_other_settings_another_version_and_a_wish_are_reasons_to_do_it_again(tmp_path, monkeypatch, in_this_process):
     inputs, out = scans(tmp_path / "in", 1), tmp_path / "out"
     batch(inputs, out)
-    assert batch(inputs, out, barycenter_weight=1.0).counts == {"skipped": 1}  # that is the default
+    assert batch(inputs, out, barycenter_weight=0.0).counts == {"skipped": 1}  # that is the default
     assert batch(inputs, out, barycenter_weight=0.5).counts == {"done": 1}
     assert batch(inputs, out, barycenter_weight=0.5, wavelength=pymeshlab.PercentageValue(10)).counts == {"done": 1}
     assert batch(inputs, out, barycenter_weight=0.5, wavelength=pymeshlab.PercentageValue(10)).counts == {"skipped": 1}
@@ -185,6 +185,17 @@ def test_a_share_of_the_diagonal_is_one_of_each_mesh(tmp_path, in_this_process):
     files.write(meshset.new(V, F), inputs / "large.ply")
     same = [o.cutoff for o in batch(inputs, tmp_path / "b", wavelength=pymeshlab.PercentageValue(25)).outcomes]
     assert same == pytest.approx(cutoffs, rel=1e-5)
+
+
+def test_the_noise_that_was_measured_is_in_the_summary(tmp_path, in_this_process):
+    (path,) = scans(tmp_path / "in", 1)
+    (outcome,) = batch([path], tmp_path / "out", filter_name="apply_coord_edge_aware_smoothing").outcomes
+    V, F = meshset.pull(files.read(path))
+    assert outcome.noise == pytest.approx(mss.smooth_edge_aware(V, F).noise.level)
+    assert outcome.cutoff is None
+    (outcome,) = batch([path], tmp_path / "other").outcomes
+    assert outcome.noise == pytest.approx(mss.estimate_noise(V, F).level)
+    assert outcome.cutoff > 0
 
 
 def test_wrong_settings_are_refused_before_anything_is_done(tmp_path):

@@ -47,6 +47,18 @@ def test_smooth_reads_smooths_and_writes(scan, tmp_path, capsys):
     assert printed.err == ""
 
 
+def test_denoise_reads_denoises_and_writes_and_says_what_it_considered(scan, tmp_path, capsys):
+    out = tmp_path / "out.ply"
+    assert main(["denoise", str(scan), str(out), "--favor", "normals"]) == 0
+    V, F = meshset.pull(files.read(scan))
+    expected = mss.denoise(V, F, favor="normals")
+    written, _ = meshset.pull(files.read(out))
+    assert written == pytest.approx(expected.vertices, abs=1e-6)
+    printed = capsys.readouterr().out
+    assert f"({expected.noise.kind})" in printed
+    assert "isotropic, weight" in printed or "edge-aware from the" in printed
+
+
 @pytest.mark.parametrize("length", ["25%", "2.5"])
 def test_a_wavelength_is_a_number_or_a_percentage(scan, tmp_path, capsys, length):
     assert main(["smooth", str(scan), str(tmp_path / "o.ply"), "--wavelength", length]) == 0

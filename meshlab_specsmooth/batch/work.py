@@ -129,13 +129,14 @@ def _run(job: Job, start: float) -> Outcome:
     vertices, faces = meshset.pull(ms)
     report = FILTERS[job.filter_name](ms, **{name: _native(value) for name, value in job.settings.items()})
     files.write(ms, target, source=job.source)
+    noise = report.get("noise")  # measured where the strength is chosen; the edge-aware filter has no cut-off
     outcome = Outcome(
         job.source,
         job.output,
         DONE,
         vertices=len(vertices),
-        noise=None,  # THE PLACE for report["noise"].level, once the filter reports it
-        cutoff=report["cutoff"],
+        noise=None if noise is None else noise.level,
+        cutoff=report.get("cutoff"),
         volume_change=_volume_change(vertices, meshset.pull(ms)[0], faces),
         seconds=time.perf_counter() - start,
     )

@@ -13,7 +13,7 @@ from pathlib import Path
 from types import FrameType
 
 from meshlab_specsmooth.bridge.parameters import PyMeshLabException
-from meshlab_specsmooth.cli import batch, compare, demo, filters, run, smooth, spectrum, tune
+from meshlab_specsmooth.cli import batch, compare, demo, denoise, filters, run, smooth, spectrum, tune
 from meshlab_specsmooth.errors import InvalidParameter, SpecsmoothError
 from meshlab_specsmooth.version import VERSION
 
@@ -21,6 +21,7 @@ DONE, FAILED, USAGE = 0, 1, 2
 
 _COMMANDS = {
     "smooth": smooth,
+    "denoise": denoise,
     "compare": compare,
     "batch": batch,
     "spectrum": spectrum,

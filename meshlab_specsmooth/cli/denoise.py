@@ -1,0 +1,63 @@
+"""``specsmooth denoise IN OUT``."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+
+from meshlab_specsmooth import descriptors
+from meshlab_specsmooth.bridge import files, meshset
+from meshlab_specsmooth.cli.options import add_options
+from meshlab_specsmooth.cli.progress import bar
+from meshlab_specsmooth.edge_aware import Considered, denoise
+
+_DESCRIPTOR = descriptors.load("apply_coord_edge_aware_smoothing")
+_SHOWN = 5
+
+SUMMARY = "smooth a mesh file by whatever has the least estimated error"
+DESCRIPTION = """Measures the noise, tries the isotropic filter and settings of the edge-aware one, and writes the
+surface of the setting that has the least estimated error; no parameter is needed, and no ground truth."""
+EXAMPLES = """examples:
+  specsmooth denoise scan.ply smooth.ply
+  specsmooth denoise scan.ply smooth.obj --favor normals"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the subcommand."""
+    parser.add_argument("input", metavar="IN", help="mesh to read, in any format that pymeshlab reads")
+    parser.add_argument("output", metavar="OUT", help="mesh to write: whole or not at all, in the format of its ending")
+    add_options(parser, _DESCRIPTOR, only=("favor",))
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Read, denoise, write, and say what was found."""
+    files.check_target(arguments.output)
+    ms = files.read(arguments.input)
+    vertices, faces = meshset.pull(ms)
+    with bar("denoising") as progress:
+        result = denoise(vertices, faces, favor=arguments.favor, progress=progress)
+    meshset.push(ms, meshset.in_one_pass(vertices, result.vertices))
+    files.write(ms, arguments.output, source=arguments.input)
+    edge = result.noise.mean_edge or 1.0
+    print(
+        f"{arguments.output}: {len(vertices)} vertices, noise {result.noise.level / edge:.3f} mean edges "
+        f"({result.noise.kind}), moved vertices by {result.displacement / edge:.3f} mean edges (RMS), "
+        f"{result.seconds:.2f} s"
+    )
+    for row in result.considered[:_SHOWN]:
+        print(f"  {told(row):60} estimated error {row.error / edge:.4f} edges")
+    if len(result.considered) > _SHOWN:
+        print(f"  and {len(result.considered) - _SHOWN} more settings with a larger one")
+    if result.warning is not None:
+        print(f"specsmooth: {result.warning}", file=sys.stderr)
+
+
+def told(row: Considered) -> str:
+    """A setting in words."""
+    setting = row.setting
+    if setting.passes == 0:
+        return f"isotropic, weight {setting.barycenter_weight:.3g}"
+    return (
+        f"edge-aware from the {'surface as given' if setting.start == 'given' else 'smoothed surface'}, strength "
+        f"{setting.strength:.3g}, width {setting.range_width:.2g}, {setting.passes} passes"
+    )
