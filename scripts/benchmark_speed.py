@@ -31,6 +31,7 @@ from scipy.sparse import csr_array, diags_array, eye_array  # noqa: E402
 from scipy.sparse.linalg import eigsh, splu  # noqa: E402
 
 import meshlab_specsmooth as mss  # noqa: E402
+from meshlab_specsmooth.bridge.filters import apply  # noqa: E402
 from meshlab_specsmooth.compare.metrics import add_noise  # noqa: E402
 from meshlab_specsmooth.graph import blocks  # noqa: E402
 from meshlab_specsmooth.operators import barycenters  # noqa: E402
@@ -38,6 +39,7 @@ from meshlab_specsmooth.spectral import eigenbasis  # noqa: E402
 from meshlab_specsmooth.surface import Surface  # noqa: E402
 
 Seconds = dict[str, float]
+OURS, EDGE_AWARE = "apply_coord_spectral_smoothing", "apply_coord_edge_aware_smoothing"
 PAPER = {"modes": 200, "barycenter_weight": 1.0}  # its setting
 
 
@@ -81,7 +83,7 @@ def filter_call(surface: Surface, name: str) -> Callable[[], object]:
         ms = pymeshlab.MeshSet()
         ms.add_mesh(pymeshlab.Mesh(surface.vertices, surface.faces))
         kept[:] = [ms]  # the last one goes only now, and not while the clock runs
-        return lambda: mss.apply_coord_spectral_smoothing(ms) if name == "ours" else ms.apply_filter(name)
+        return lambda: apply(ms, name)
 
     return prepare
 
@@ -99,7 +101,8 @@ def warm_up() -> None:
     """Load what is loaded once: compiled code, threads."""
     small = torus(2_000)
     mss.smooth(small.vertices, small.faces, modes=20)
-    filter_call(small, "ours")()()
+    filter_call(small, OURS)()()
+    filter_call(small, EDGE_AWARE)()()
 
 
 # --- measures: each runs in a process of its own, with a number of vertices ---
@@ -110,7 +113,7 @@ def bridge(n: int, runs: int) -> Seconds:
     surface = torus(n)
     return calls_in_turn(
         runs,
-        ours=filter_call(surface, "ours"),
+        ours=filter_call(surface, OURS),
         taubin=filter_call(surface, "apply_coord_taubin_smoothing"),
         laplacian=filter_call(surface, "apply_coord_laplacian_smoothing"),
         arrays=lambda: lambda: mss.smooth(surface.vertices, surface.faces),
@@ -120,7 +123,15 @@ def bridge(n: int, runs: int) -> Seconds:
 def disorder(n: int, runs: int) -> Seconds:
     warm_up()
     surface = torus(n)
-    return calls_in_turn(runs, natural=filter_call(surface, "ours"), random=filter_call(shuffled(surface), "ours"))
+    return calls_in_turn(runs, natural=filter_call(surface, OURS), random=filter_call(shuffled(surface), OURS))
+
+
+def edges(n: int, runs: int) -> Seconds:
+    warm_up()
+    surface = torus(n)
+    return calls_in_turn(
+        runs, ours=filter_call(surface, EDGE_AWARE), two_step=filter_call(surface, "apply_coord_two_steps_smoothing")
+    )
 
 
 def growth(n: int, runs: int) -> Seconds:
@@ -244,7 +255,7 @@ def memory(n: int, runs: int) -> Seconds:
     return {"bytes": (int(peak.split()[1]) * 1024 - held) / n, "seconds": seconds}
 
 
-MEASURES = {f.__name__: f for f in (bridge, disorder, growth, book, sweep, basis, slider, memory)}
+MEASURES = {f.__name__: f for f in (bridge, disorder, edges, growth, book, sweep, basis, slider, memory)}
 
 # --- the table ---
 
@@ -292,6 +303,12 @@ def rows(run: Run) -> "list[tuple[str, str, str, bool]]":
         s = run.of("disorder", million)
         parts = f"{s['random']:.2f} s / {s['natural']:.2f} s"
         row("1M vertices, MeshSet: random order / natural order", s["random"] / s["natural"], 1.5, parts, False)
+    if run.wants("edges"):
+        for n, wanted in ((37_500, 4), (million, 1)):
+            s = run.of("edges", n)
+            parts = f"{s['ours']:.2f} s / {s['two_step']:.2f} s"
+            what = f"{n} vertices, MeshSet: edge-aware / MeshLab's two-step"
+            row(what, s["ours"] / s["two_step"], wanted, parts, False)
     if run.wants("book"):
         for n, wanted in ((37_500, 100), (134_000, 200)):
             s = run.of("book", n)

@@ -50,7 +50,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except OSError as error:
         return _complain(f"{error.filename or 'standard output'}: {error.strerror}", FAILED)
     except KeyboardInterrupt:
-        return _complain("interrupted", FAILED)
+        code = _complain("interrupted", FAILED)
+        if arguments is None and _may_set_handlers():
+            # all is put back and said. Compiled code whose loading was interrupted can crash when Python takes it apart
+            sys.stderr.flush()
+            os._exit(code)
+        return code
     return DONE
 
 

@@ -68,7 +68,7 @@ def run(arguments: argparse.Namespace) -> None:
         f"barycentre weight {chosen['barycenter_weight']:.3g}\n"
         f"figures: {out / 'spectrum.json'}, {out / 'spectrum.csv'}"
     )
-    low_pass = response(arguments.response, chosen["cutoff"])
+    low_pass = response(chosen["response"].partition("(")[0], chosen["cutoff"])
     try:
         spectrum_plot(
             out / "spectrum.png", measured, edge, low_pass, chosen["barycenter_weight"], Path(arguments.input).name
