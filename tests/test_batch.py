@@ -188,7 +188,7 @@ def test_a_share_of_the_diagonal_is_one_of_each_mesh(tmp_path, in_this_process):
 
 
 def test_the_noise_that_was_measured_is_in_the_summary(tmp_path, in_this_process):
-    (path,) = scans(tmp_path / "in", 1)
+    path = scans(tmp_path / "in", 1) / "scan0.ply"
     (outcome,) = batch([path], tmp_path / "out", filter_name="apply_coord_edge_aware_smoothing").outcomes
     V, F = meshset.pull(files.read(path))
     assert outcome.noise == pytest.approx(mss.smooth_edge_aware(V, F).noise.level)
