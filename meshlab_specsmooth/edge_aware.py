@@ -308,7 +308,10 @@ def _mesh(V: Floats, F: Integers, counts: Booleans) -> _Mesh:
 
 def _mean_side(V: Floats, F: Integers) -> float:
     """Mean length of the faces' sides."""
-    return float(np.mean([np.sqrt(((V[F[:, k]] - V[F[:, k - 1]]) ** 2).sum(axis=1)).mean() for k in range(3)]))
+    exponent = int(np.frexp(np.abs(V).max())[1])  # squares of coordinates may be no numbers
+    X = np.ldexp(V, -exponent)
+    sides = [np.sqrt(((X[F[:, k]] - X[F[:, k - 1]]) ** 2).sum(axis=1)).mean() for k in range(3)]
+    return float(np.ldexp(np.mean(sides), exponent))
 
 
 def _normals(mesh: _Mesh, V: Floats) -> Floats:
@@ -700,7 +703,7 @@ def _denoised(
         considered=tuple(Considered(each, _root(estimate) * h) for each, estimate in rows),
         flips=flips,
         volume_change=100 * (_volume(mesh, Y) - volume) / abs(volume) if volume else np.nan,
-        displacement=float(np.sqrt((step**2).sum() / len(V))),
+        displacement=float(np.sqrt(((Y - X) ** 2).sum() / len(V))) * h,
         kernels=mesh.kernels.name,
         warning=warning_of(measured),
         seconds=time.perf_counter() - begin,
