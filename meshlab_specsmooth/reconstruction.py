@@ -118,7 +118,7 @@ class _NormalMatrix:
         sums = self.L.sums_of_squares(self.rows / self.L.degree**2)
         sums += self.rows
         sums += self.gram.diagonal
-        return np.asarray(1 / sums)
+        return np.divide(1.0, sums, out=sums)
 
 
 def solve(
@@ -163,31 +163,32 @@ def solve(
     memory = [] if spare is None else spare
     z = blocks.taken(memory, change)
     # L^T R change = D L D^-1 R change; from here on, change is not looked at
-    b = L.product(np.multiply(change, rows / L.degree, out=z), blocks.taken(memory, change))
-    b *= free * L.degree
+    b = L.product(blocks.multiply(change, rows / L.degree, z), blocks.taken(memory, change))
+    blocks.multiply(b, free * L.degree, b)
     q, r, p, x = (blocks.taken(memory, change) for _ in range(4))
     if constraints is not None and constraints.prescribed.any():
         A.times(constraints.prescribed, z, q)
         b -= q
-    scale = np.sqrt(_dots(b, b))
+    m = A.inverse_diagonal()
+    r[...] = b
+    square, rho = _descend(L, np.zeros(COLUMNS), b, m, r)
+    scale = np.sqrt(square)
     # a column that is nothing but rounding has nothing to solve for
     active = scale > np.finfo(float).eps * scale.max(initial=0.0)
-    for column in np.flatnonzero(~active):
-        b[:, column], scale[column] = 0, 1
     if not active.any():
         return Solution(np.zeros_like(b) if constraints is None else constraints.prescribed, 0, 0.0)
+    for column in np.flatnonzero(~active):
+        b[:, column], r[:, column], rho[column], square[column], scale[column] = 0, 0, 0, 0, 1
 
-    m = A.inverse_diagonal()
     wanted = tolerance(weight)
-    r[...] = b
     if start is None:
         x.fill(0.0)
     else:
         np.multiply(start, free * active, out=x)
         A.times(x, z, q)
-        r -= q
-    np.multiply(m, r, out=p)
-    rho, norm = _dots(r, p), np.sqrt(_dots(r, r))
+        square, rho = _descend(L, np.ones(COLUMNS), q, m, r)
+    blocks.multiply(r, m, p)
+    norm = np.sqrt(square)
     iterations = 0
     while (norm > wanted * scale).any():
         worst = float((norm / scale).max())
@@ -201,15 +202,15 @@ def solve(
         curvature = A.times(p, z, q)
         # a column that has converged to the last bit has no direction left
         step = np.divide(rho, curvature, out=np.zeros_like(rho), where=curvature > 0)
-        squares, following = _descend(L, step, q, m, r)
-        norm = np.sqrt(squares)
+        square, following = _descend(L, step, q, m, r)
+        norm = np.sqrt(square)
         turn = np.divide(following, rho, out=np.zeros_like(rho), where=rho > 0)
         _turn(L, step, turn, m, r, x, p)
         rho = following
         iterations += 1
     A.times(x, z, q)
-    q -= b
-    reached = np.sqrt(_dots(q, q)) / scale
+    square, _ = _descend(L, np.ones(COLUMNS), q, m, b)
+    reached = np.sqrt(square) / scale
     if constraints is not None:
         x += constraints.prescribed
     return Solution(x, iterations, float(reached.max()))
@@ -227,7 +228,3 @@ def _turn(L: Laplacian, step: Floats, turn: Floats, m: Floats, r: Floats, x: Flo
     """``x`` becomes x + p step, then ``p`` m r + p turn."""
     blocks.in_threads(lambda first, last: L.kernels.turn(first, last, step, turn, m, r, x, p), len(r))
 
-
-def _dots(X: Floats, Y: Floats) -> Floats:
-    """Dot product of each column."""
-    return np.asarray(np.einsum("ij,ij->j", X, Y))

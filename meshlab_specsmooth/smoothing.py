@@ -375,8 +375,7 @@ class Prepared:
 
     def renumbered_faces(self) -> Integers:
         """(m, 3) int32: the faces that have an edge, by numbers of the moving vertices."""
-        F: Integers = self.surface.faces
-        F = np.asarray(F[(F[:, 0] != F[:, 1]) | (F[:, 1] != F[:, 2])])
+        F = with_sides(self.surface.faces)
         return F if self.place is None else self.place.take(F)
 
     def _run(
@@ -619,10 +618,7 @@ def assemble(
     V, F = surface.vertices, surface.faces
     require(BYTES_PER_VERTEX * len(V), f"smoothing {len(V)} vertices")
     report(0.2)
-    # a face whose three corners are one vertex has no edge, and its barycentre no say
-    has_side = (F[:, 0] != F[:, 1]) | (F[:, 1] != F[:, 2])
-    if not has_side.all():
-        F = F[has_side]
+    F = with_sides(F)
     has_edge = np.zeros(len(V), dtype=np.bool_)
     has_edge[F] = True
     moving = np.flatnonzero(has_edge).astype(np.int32)
@@ -653,6 +649,12 @@ def assemble(
         rim(positions, mesh.boundary()),
         laplacian,
     )
+
+
+def with_sides(F: Integers) -> Integers:
+    """The faces, less those whose corners are one vertex: these have no edge, and their barycentre has no say."""
+    has_side = (F[:, 0] != F[:, 1]) | (F[:, 1] != F[:, 2])
+    return F if has_side.all() else F[has_side]
 
 
 def smooth(
