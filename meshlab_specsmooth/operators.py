@@ -84,9 +84,8 @@ class Gram:
 
 def gram_of_barycenters(mesh: MeshGraph) -> Gram:
     """C^T C of the face barycentres: 1/9 for each face at a vertex, and for each at an edge."""
-    start, end, faces = mesh.odd()
     n = mesh.graph.size
-    odd = coo_array(((faces - 2) / 9, (start, end)), shape=(n, n)).tocsr()
+    odd = coo_array(((mesh.odd_faces - 2) / 9, mesh.ends_of_odd()), shape=(n, n)).tocsr()
     return Gram(mesh.corner_count[:, None] / 9, 2 / 9, odd)
 
 

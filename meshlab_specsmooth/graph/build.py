@@ -11,6 +11,8 @@ from scipy.sparse import coo_array, csr_array, diags_array
 
 from meshlab_specsmooth.surface import Floats, Integers
 
+Neighbours = tuple[Integers, Integers, npt.NDArray[np.int64], Integers]
+
 
 @dataclass(frozen=True, eq=False)
 class Graph:
@@ -63,28 +65,30 @@ class MeshGraph:
     ----------
     graph : Graph
         With weights of 1.
-    face_count : (2 e,) int32
-        Faces at each edge, in the order of ``graph.indices``.
+    odd : (k,) int64
+        Where in ``graph.indices`` the edges stand that have not two faces, rising.
+    odd_faces : (k,) int32
+        How many these have.
     corner_count : (n,) int32
         Diagonal of 9 C^T C: the faces at each vertex (a face with two of its corners there counts four times).
     """
 
     graph: Graph
-    face_count: Integers
+    odd: npt.NDArray[np.int64]
+    odd_faces: Integers
     corner_count: Integers
 
     def ends(self) -> Integers:
         """(e, 2) int32 ends of each edge once, smaller index first, sorted."""
-        return self._once(np.arange(len(self.face_count)))
+        return self._once(np.arange(len(self.graph.indices)))
 
     def boundary(self) -> Integers:
         """(b, 2) int32 ends of each edge that has one face only."""
-        return self._once(np.flatnonzero(self.face_count == 1))
+        return self._once(self.odd[self.odd_faces == 1])
 
-    def odd(self) -> tuple[Integers, Integers, Integers]:
-        """Both directions of all edges that have not two faces: (k,) int32 from, to, and number of faces."""
-        at = np.flatnonzero(self.face_count != 2)
-        return *self._ends_at(at), self.face_count[at]
+    def ends_of_odd(self) -> tuple[Integers, Integers]:
+        """(k,) int32 from and to, both directions of all edges that have not two faces."""
+        return self._ends_at(self.odd)
 
     def _once(self, at: npt.NDArray[np.int64]) -> Integers:
         start, end = self._ends_at(at)
@@ -105,7 +109,7 @@ def of_mesh(F: Integers, n: int) -> MeshGraph:
     n : int
         Number of vertices.
     """
-    indptr, indices, face_count = _best_neighbours()(F, n)
+    indptr, indices, odd, odd_faces = _best_neighbours()(F, n)
     # a side that joins a vertex to itself is in two corners of its face
     corner_count = np.bincount(F.ravel(), minlength=n).astype(np.int32)
     for k in range(3):
@@ -113,11 +117,11 @@ def of_mesh(F: Integers, n: int) -> MeshGraph:
         if len(loop):
             np.add.at(corner_count, loop, 2)
     degree = np.diff(indptr).astype(np.float64)[:, None]
-    return MeshGraph(Graph(indptr, indices, None, degree), face_count, corner_count)
+    return MeshGraph(Graph(indptr, indices, None, degree), odd, odd_faces, corner_count)
 
 
-def neighbours(F: Integers, n: int) -> tuple[Integers, Integers, Integers]:
-    """``indptr``, ``indices`` and ``face_count`` of the mesh's graph: the reference, by scipy's conversion to rows."""
+def neighbours(F: Integers, n: int) -> Neighbours:
+    """``indptr``, ``indices``, ``odd`` and ``odd_faces`` of the mesh's graph: the reference, by scipy's conversion."""
     start, end = F.ravel(), F[:, [1, 2, 0]].ravel()
     side = start != end
     start, end = start[side], end[side]
@@ -125,10 +129,11 @@ def neighbours(F: Integers, n: int) -> tuple[Integers, Integers, Integers]:
     there = coo_array((np.ones(len(start), dtype=np.int32), (start, end)), shape=(n, n)).tocsr()
     there.sum_duplicates()  # and sorts, without which the sum would take five times as long
     both = there + there.T.tocsr()
-    return both.indptr.astype(np.int32, copy=False), both.indices.astype(np.int32, copy=False), both.data
+    odd = np.flatnonzero(both.data != 2)
+    return both.indptr.astype(np.int32, copy=False), both.indices.astype(np.int32, copy=False), odd, both.data[odd]
 
 
-def _best_neighbours() -> Callable[[Integers, int], tuple[Integers, Integers, Integers]]:
+def _best_neighbours() -> Callable[[Integers, int], Neighbours]:
     """The compiled one where the extra ``fast`` is installed."""
     try:
         from meshlab_specsmooth.graph import counting

@@ -6,6 +6,7 @@ import functools
 
 import numba
 import numpy as np
+import numpy.typing as npt
 
 from meshlab_specsmooth.graph import blocks
 from meshlab_specsmooth.surface import Integers
@@ -16,7 +17,7 @@ _compiled = functools.partial(numba.njit, nogil=True, cache=True)
 _SHORT = 32
 
 
-def neighbours(F: Integers, n: int) -> tuple[Integers, Integers, Integers]:
+def neighbours(F: Integers, n: int) -> tuple[Integers, Integers, npt.NDArray[np.int64], Integers]:
     """What :func:`meshlab_specsmooth.graph.build.of_mesh` makes of the sides of faces.
 
     Returns
@@ -24,30 +25,37 @@ def neighbours(F: Integers, n: int) -> tuple[Integers, Integers, Integers]:
     indptr : (n + 1,) int32
     indices : (2 e,) int32
         Rising for each vertex.
-    face_count : (2 e,) int32
+    odd : (k,) int64
+        Where in ``indices`` the edges stand that have not two faces.
+    odd_faces : (k,) int32
+        How many these have.
     """
     start = np.zeros(n + 1, dtype=np.int64)
     _count(F, start)
     np.cumsum(start, out=start)
     entries = np.empty(start[-1], dtype=np.int32)
     _fill(F, start[:-1].copy(), entries)
-    faces = np.empty_like(entries)
     unique = np.zeros(n + 1, dtype=np.int32)
+    odd_before = np.zeros(blocks.count(n) + 1, dtype=np.int64)
 
-    def rows(first: int, last: int) -> tuple[int, int]:
-        return first * blocks.ROWS, min(last * blocks.ROWS, n)
+    def sort(first: int, last: int) -> None:
+        for i in range(first, last):
+            at = blocks.rows(i, n)
+            odd_before[i + 1] = _sort(at.start, at.stop, start, entries, unique)
 
-    blocks.in_threads(lambda first, last: _unite(*rows(first, last), start, entries, faces, unique), n)
+    blocks.in_threads(sort, n)
     indptr = np.cumsum(unique, dtype=np.int32)
-    indices, face_count = np.empty((2, indptr[-1]), dtype=np.int32)
+    np.cumsum(odd_before, out=odd_before)
+    indices = np.empty(indptr[-1], dtype=np.int32)
+    odd, odd_faces = np.empty(odd_before[-1], dtype=np.int64), np.empty(odd_before[-1], dtype=np.int32)
 
-    def gather(first: int, last: int) -> None:
-        low, high = rows(first, last)
-        _gather(low, high, start, entries, indptr, indices)
-        _gather(low, high, start, faces, indptr, face_count)
+    def unite(first: int, last: int) -> None:
+        for i in range(first, last):
+            at, found = blocks.rows(i, n), slice(*odd_before[i : i + 2])
+            _unite(at.start, at.stop, start, entries, indptr, indices, odd[found], odd_faces[found])
 
-    blocks.in_threads(gather, n)
-    return indptr, indices, face_count
+    blocks.in_threads(unite, n)
+    return indptr, indices, odd, odd_faces
 
 
 @_compiled
@@ -74,8 +82,12 @@ def _fill(F, place, entries):  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def _unite(low, high, start, entries, faces, unique):  # type: ignore[no-untyped-def]
-    """Sort each row and unite what is equal, at the row's start; ``unique`` gets the rest's length, one further on."""
+def _sort(low, high, start, entries, unique):  # type: ignore[no-untyped-def]
+    """Sort each row; ``unique`` gets the number of different entries, one further on. Returns how many are not twice.
+
+    An edge stands in a row once for each of its faces.
+    """
+    odd = 0
     for i in range(low, high):
         begin, end = start[i], start[i + 1]
         if end - begin > _SHORT:
@@ -88,19 +100,28 @@ def _unite(low, high, start, entries, faces, unique):  # type: ignore[no-untyped
                     entries[m] = entries[m - 1]
                     m -= 1
                 entries[m] = j
-        last = begin - 1
-        for k in range(begin, end):
-            if last >= begin and entries[last] == entries[k]:
-                faces[last] += 1
-            else:
-                last += 1
-                entries[last] = entries[k]
-                faces[last] = 1
-        unique[i + 1] = last + 1 - begin
+        k = begin
+        while k < end:
+            first = k
+            while k < end and entries[k] == entries[first]:
+                k += 1
+            odd += k - first != 2
+            unique[i + 1] += 1
+    return odd
 
 
 @_compiled
-def _gather(low, high, start, values, indptr, gathered):  # type: ignore[no-untyped-def]
+def _unite(low, high, start, entries, indptr, indices, odd, odd_faces):  # type: ignore[no-untyped-def]
+    """Write each different entry once, and note those that are not there twice."""
+    found = 0
     for i in range(low, high):
-        for k in range(indptr[i + 1] - indptr[i]):
-            gathered[indptr[i] + k] = values[start[i] + k]
+        k, end, at = start[i], start[i + 1], indptr[i]
+        while k < end:
+            first = k
+            while k < end and entries[k] == entries[first]:
+                k += 1
+            indices[at] = entries[first]
+            if k - first != 2:
+                odd[found], odd_faces[found] = at, k - first
+                found += 1
+            at += 1
