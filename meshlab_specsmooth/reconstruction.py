@@ -147,7 +147,8 @@ def solve(
     constraints : Constraints, optional
         None: every vertex is free and every row asked for.
     spare : list of (n, 3) float64, optional
-        Memory that is not needed any more, to be used again; ``change`` may be among it.
+        Memory that is not needed any more, to be used again; ``change`` may be among it. Afterwards all of it is in
+        it again, and what was made besides, but the displacement.
     start : (n, 3) float64, optional
         A displacement that is probably near: the nearer, the fewer iterations.
 
@@ -211,6 +212,7 @@ def solve(
     A.times(x, z, q)
     square, _ = _descend(L, np.ones(COLUMNS), q, m, b)
     reached = np.sqrt(square) / scale
+    memory += [z, b, q, r, p]
     if constraints is not None:
         x += constraints.prescribed
     return Solution(x, iterations, float(reached.max()))
@@ -227,4 +229,3 @@ def _descend(L: Laplacian, step: Floats, q: Floats, m: Floats, r: Floats) -> tup
 def _turn(L: Laplacian, step: Floats, turn: Floats, m: Floats, r: Floats, x: Floats, p: Floats) -> None:
     """``x`` becomes x + p step, then ``p`` m r + p turn."""
     blocks.in_threads(lambda first, last: L.kernels.turn(first, last, step, turn, m, r, x, p), len(r))
-

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -12,7 +12,7 @@ import numpy.typing as npt
 from meshlab_specsmooth.automatic import FAVORS, Choice, across_the_rim, choose, drifts, robust, without_drift
 from meshlab_specsmooth.descriptors import ENHANCEMENT_DEFAULTS, LOW_PASS_DEFAULTS, SMOOTHING_DEFAULTS
 from meshlab_specsmooth.errors import InvalidParameter, check_name
-from meshlab_specsmooth.graph import order
+from meshlab_specsmooth.graph import blocks, order
 from meshlab_specsmooth.graph.build import of_mesh
 from meshlab_specsmooth.graph.laplacian import Laplacian
 from meshlab_specsmooth.memory import require
@@ -37,6 +37,9 @@ DEFAULT_WAVELENGTH_IN_EDGES = 20.0
 # benchmark_speed.py measured 387 to 411 with the compiled kernels. (Those of scipy, not measured, hold a matrix
 # besides, with some 72 bytes a vertex.) A copy of the input is in it.
 BYTES_PER_VERTEX = 600
+
+# So many arrays of the vertices' size are all that a run needs at once
+_KEPT = 6
 
 # Share of the time of a call that goes into what does not depend on the parameters
 _ASSEMBLY = 0.25
@@ -172,6 +175,8 @@ class Prepared:
         ``"uniform"`` or ``"cotangent"``.
     modes : Density or None
         Where the modes lie, so that a number of modes costs nothing; None where that is not worth knowing beforehand.
+    spare : list of (k, 3) float64
+        Memory of the last run, up to 144 bytes a vertex, which the next one writes over.
     """
 
     surface: Surface
@@ -185,6 +190,7 @@ class Prepared:
     rim: Rim | None
     kind: str
     modes: Density | None = None
+    spare: list[Floats] = field(default_factory=list)
 
     def smooth(
         self,
@@ -392,7 +398,7 @@ class Prepared:
     ) -> SmoothingResult:
         """The three steps, on the boundary curve first if it is smoothed by itself."""
         passes = _whole("passes", passes)
-        displacement = np.zeros((1, 1))
+        spare, displacement = self.spare, np.zeros((1, 1))
         solutions = []
         # an iteration of the least squares takes as long as three sweeps, and they are some seven over the weight
         sweeping = across.filter.degree / (across.filter.degree + 3 * (7 / min(weight, 1.0) + 2))
@@ -400,10 +406,9 @@ class Prepared:
             step_2 = part(progress, number / passes, sweeping / passes)
             step_3 = part(progress, (number + sweeping) / passes, (1 - sweeping) / passes)
             V = self.positions + displacement if number else self.positions
-            delta = self.L @ V
+            delta = self.L.product(V, blocks.taken(spare, V))
             if region.is_constrained:
                 delta *= region.rows
-            spare: list[Floats] = []
             change = change_of(self.L, across.filter, delta, step_2, spare)
             if region.is_partial:
                 change *= region.field
@@ -419,9 +424,12 @@ class Prepared:
             nearby = None if number else guess
             solutions.append(solve(self.L, self.gram, weight, change, step_3, constraints, spare, nearby))
             displacement = displacement + solutions[-1].displacement if number else solutions[-1].displacement
+        result = self._result(displacement, across, float(weight), solutions, start)
+        spare.append(displacement)
+        del spare[_KEPT:]
         if progress is not None:
             progress(1.0)
-        return self._result(displacement, across, float(weight), solutions, start)
+        return result
 
     def _design(
         self,

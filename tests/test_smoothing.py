@@ -1,5 +1,7 @@
 """The laws of the whole method."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -355,6 +357,22 @@ def test_a_further_result_may_start_from_an_earlier_one(mesh):
     assert begun.vertices == pytest.approx(direct.vertices, abs=1e-4 * direct.displacement)
     with pytest.raises(mss.InvalidParameter, match=r"start is a result for 4 vertices; this mesh has \d+"):
         prepared.smooth(start=mss.smooth(*TETRAHEDRON))
+
+
+@BOTH_METHODS
+def test_runs_of_one_preparation_share_memory_and_do_not_feel_each_other(method):
+    weights = [0.5, 1.0, 2.0, 0.5, 1.0, 2.0]
+    alone = [mss.prepare(*OPEN).smooth(method=method, barycenter_weight=w, passes=2).vertices for w in weights]
+    prepared = mss.prepare(*OPEN)
+
+    def run(weight):
+        return prepared.smooth(method=method, barycenter_weight=weight, passes=2).vertices
+
+    with ThreadPoolExecutor(3) as pool:
+        for together_ in (map(run, weights), pool.map(run, weights)):
+            assert all(np.array_equal(*pair) for pair in zip(together_, alone, strict=True))
+    assert 0 < len(prepared.spare) <= 6
+    assert {array.shape for array in prepared.spare} == {OPEN[0].shape}
 
 
 def test_the_evidence_is_true():
