@@ -41,6 +41,9 @@ BYTES_PER_VERTEX = 600
 # So many arrays of the vertices' size are all that a run needs at once
 _KEPT = 6
 
+# A cut-off that keeps this share of all modes has nothing to work on
+_NEARLY_ALL = 0.9
+
 # Share of the time of a call that goes into what does not depend on the parameters
 _ASSEMBLY = 0.25
 
@@ -89,9 +92,9 @@ class SmoothingResult:
     cutoff : float
         Eigenvalue of the Laplacian that the response is cut off at, in (0, 2].
     modes : float
-        Number of modes below the cut-off: as asked for, or by Weyl's law from the wavelength.
+        Number of modes below the cut-off: as asked for, or from the wavelength, by the law of the regular lattice.
     modes_error : float
-        Standard error of that number relative to it; 0 where the eigenvalues were computed, NaN for Weyl's law.
+        Standard error of that number relative to it; 0 where the eigenvalues were computed, NaN for the lattice's law.
     wavelength : float
         Length of the surface wave at the cut-off, in mesh units.
     mean_edge : float
@@ -122,7 +125,7 @@ class SmoothingResult:
     estimated_error : float or None
         Expected root mean square error along the normals, in mesh units, where the weight was chosen.
     warning : str or None
-        What the choice could not take into account.
+        What the choice of a weight could not take into account, or that the cut-off leaves next to nothing to smooth.
     """
 
     vertices: Floats
@@ -192,6 +195,11 @@ class Prepared:
     modes: Density | None = None
     spare: list[Floats] = field(default_factory=list)
 
+    def __repr__(self) -> str:
+        """What it is for, in a line: the arrays are long."""
+        V, F = self.surface.vertices, self.surface.faces
+        return f"<Prepared: {len(V)} vertices, {len(F)} faces, {self.kind} Laplacian>"
+
     def smooth(
         self,
         *,
@@ -218,6 +226,7 @@ class Prepared:
         began = time.perf_counter()
         if not 0 <= feature_gain < np.inf:
             raise InvalidParameter(f"feature_gain is {feature_gain}; it must be finite and not negative")
+        passes = _whole("passes", passes)
         kept = 0.0 if features is None else feature_gain * self._weights("features", features)
         region = self._region(boundary, mask, 1.0 - kept)
         check_name("favor", favor, FAVORS)
@@ -273,7 +282,8 @@ class Prepared:
             return change
 
         guess = None if start is None else self._displacement_of(start)
-        return self._run(removed, low_pass, along, region, barycenter_weight, passes, began, progress, guess)
+        result = self._run(removed, low_pass, along, region, barycenter_weight, passes, began, progress, guess)
+        return replace(result, warning=_warning_of(low_pass, len(self.moving))) if modes is None else result
 
     def enhance(
         self,
@@ -367,7 +377,7 @@ class Prepared:
             result,
             noise=noise,
             estimated_error=float(np.ldexp(chosen.choice.error, unit)),
-            warning=chosen.choice.warning,
+            warning="; ".join(filter(None, (chosen.choice.warning, result.warning))) or None,
             mean_edge=noise.mean_edge,
         )
         if chosen.start is not self or drifts(chosen.choice.noise):
@@ -397,7 +407,6 @@ class Prepared:
         guess: Floats | None = None,
     ) -> SmoothingResult:
         """The three steps, on the boundary curve first if it is smoothed by itself."""
-        passes = _whole("passes", passes)
         spare, displacement = self.spare, np.zeros((1, 1))
         solutions = []
         # an iteration of the least squares takes as long as three sweeps, and they are some seven over the weight
@@ -473,7 +482,7 @@ class Prepared:
         """A wavelength in mean edge lengths."""
         if length is None:
             return default
-        if not 0 < length < np.inf:
+        if not isinstance(length, int | float | np.integer | np.floating) or not 0 < length < np.inf:
             raise InvalidParameter(f"{name} is {length}; it must be a positive length in mesh units")
         if self.mean_edge == 0:
             raise InvalidParameter(f"{name} has no meaning here: no edge of this mesh has a length")
@@ -894,6 +903,15 @@ def _passed_on(weight: float) -> PassedOn:
 def _passed_on_by_a_curve(weight: float) -> PassedOn:
     """The same along a curve, whose midpoints hold long waves half as firmly as barycentres do."""
     return _passed_on(weight / np.sqrt(2))
+
+
+def _warning_of(low_pass: Design, vertex_count: int) -> str | None:
+    if low_pass.cutoff.modes < _NEARLY_ALL * vertex_count:
+        return None
+    return (
+        "the wavelength is so short that nearly all waves which the mesh can carry are longer, and are kept: take one of "
+        "five mean edge lengths or more"
+    )
 
 
 def _whole(name: str, value: int) -> int:

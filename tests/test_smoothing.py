@@ -359,6 +359,26 @@ def test_a_further_result_may_start_from_an_earlier_one(mesh):
         prepared.smooth(start=mss.smooth(*TETRAHEDRON))
 
 
+def test_a_wavelength_that_keeps_everything_is_warned_of():
+    V, F = rough(torus(40, 30))
+    edge = mss.smooth(V, F).mean_edge
+    for weight in (None, 1.0):
+        short, longer = (mss.smooth(V, F, wavelength=x * edge, barycenter_weight=weight) for x in (2.0, 6.0))
+        assert "the wavelength is so short that" in (short.warning or "")
+        assert short.modes == len(V)
+        assert longer.warning is None
+        assert longer.displacement > 10 * short.displacement
+
+
+def test_a_wavelength_that_is_no_number_is_refused():
+    with pytest.raises(mss.InvalidParameter, match="wavelength is 5%; it must be a positive length"):
+        mss.smooth(*CLOSED, wavelength="5%")
+
+
+def test_what_is_prepared_is_told_in_a_line():
+    assert repr(mss.prepare(*TETRAHEDRON)) == "<Prepared: 4 vertices, 4 faces, uniform Laplacian>"
+
+
 @BOTH_METHODS
 def test_runs_of_one_preparation_share_memory_and_do_not_feel_each_other(method):
     weights = [0.5, 1.0, 2.0, 0.5, 1.0, 2.0]

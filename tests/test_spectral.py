@@ -8,7 +8,7 @@ from meshlab_specsmooth.graph.kernels import COLUMNS
 from meshlab_specsmooth.reconstruction import passed_on
 from meshlab_specsmooth.response import RESPONSES, band, heat, ideal, response
 from meshlab_specsmooth.spectral import chebyshev, density, eigenbasis
-from meshlab_specsmooth.spectral.cutoff import WEYL, Cutoff, from_wavelength, wavelength_in_edges
+from meshlab_specsmooth.spectral.cutoff import WEYL, Cutoff, from_wavelength, lattice_share, wavelength_in_edges
 from meshlab_specsmooth.spectral.design import design
 from tests.meshes import TETRAHEDRON, rough, sheet, together, torus, torus_eigenvalue, torus_graph, twin, uniform
 
@@ -252,9 +252,9 @@ def test_random_vectors_come_in_whole_blocks_and_are_fewer_on_larger_meshes(n):
 def test_the_lattice_has_the_modes_of_a_large_regular_torus():
     known = known_spectrum(400, 401)
     x = np.array([0.01, 0.1, 0.5, 1.0, 1.3, 1.45])
-    assert density.lattice_share(x) == pytest.approx(np.searchsorted(known, x) / len(known), rel=2e-3, abs=1e-4)
+    assert lattice_share(x) == pytest.approx(np.searchsorted(known, x) / len(known), rel=2e-3, abs=1e-4)
     # and Weyl's law below any eigenvalue that a mesh could have
-    assert density.lattice_share(np.array([1e-12])) == pytest.approx(1e-12 / WEYL, rel=1e-3)
+    assert lattice_share(np.array([1e-12])) == pytest.approx(1e-12 / WEYL, rel=1e-3)
 
 
 def test_counting_is_seeded():
@@ -289,6 +289,7 @@ def test_wavelength_and_eigenvalue_agree_with_a_long_wave_on_the_regular_torus()
 
 def test_waves_shorter_than_the_mesh_can_carry_keep_everything():
     assert from_wavelength(0.1, 500).eigenvalue == 2
+    assert from_wavelength(0.1, 500).modes == pytest.approx(500)
     assert from_wavelength(1e6, 500).modes == 1
 
 

@@ -20,7 +20,7 @@ on with by the same command. Writes summary.json and summary.csv, and with the e
 before and after."""
 EXAMPLES = """examples:
   specsmooth batch scans/ --out smooth
-  specsmooth batch 'scans/**/*.ply' more/head.obj --out smooth --wavelength 2%
+  specsmooth batch 'scans/**/*.ply' more/head.obj --out smooth --wavelength 20%
   specsmooth batch manifest.txt --out smooth --workers 4 --format ply
   specsmooth batch scans/ --out smooth --scheduler tcp://10.0.0.1:8786
 

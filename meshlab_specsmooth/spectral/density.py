@@ -18,7 +18,7 @@ from scipy.sparse.csgraph import connected_components
 
 from meshlab_specsmooth.graph.kernels import COLUMNS
 from meshlab_specsmooth.graph.laplacian import Laplacian
-from meshlab_specsmooth.spectral.cutoff import Cutoff
+from meshlab_specsmooth.spectral.cutoff import Cutoff, lattice_share
 from meshlab_specsmooth.surface import Floats
 
 SEED = 2010  # any number: fixed, so that two runs agree to the bit
@@ -251,21 +251,6 @@ def _law(eigenvalues: Floats) -> Floats:
     """(x, 4): the lattice's modes below each eigenvalue, with two slow departures from it, and a boundary's."""
     share = lattice_share(eigenvalues)
     return np.stack([share, share * eigenvalues, share * eigenvalues**2, np.sqrt(np.minimum(eigenvalues, 1.0))], axis=1)
-
-
-def lattice_share(eigenvalues: Floats) -> Floats:
-    """Share of the modes of the endless regular triangle lattice that lie below each eigenvalue, in [0, 2].
-
-    The wave (a, b) has lambda = 1 - (cos a + 2 cos(a/2) cos(b + a/2)) / 3, so for each a so the share over b is an arc.
-    Good to 1e-4 of the share.
-    """
-    # beyond this a no wave is as low; its sine as the variable takes the square root out of the integrand's end
-    furthest = 2 * np.arccos(np.clip((np.sqrt(np.maximum(9 - 6 * eigenvalues, 0)) - 1) / 2, 0, 1))
-    u = (np.arange(32) + 0.5) * np.pi / 64
-    a = furthest[:, None] * np.sin(u)
-    cosine = (3 * (1 - eigenvalues[:, None]) - np.cos(a)) / (2 * np.cos(a / 2))
-    arc = np.arccos(np.clip(cosine, -1, 1)) / np.pi
-    return np.asarray(furthest / 64 * (arc @ np.cos(u)))
 
 
 def _filled(eigenvalues: Floats, ends: Floats) -> Floats:
