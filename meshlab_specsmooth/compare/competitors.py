@@ -179,7 +179,7 @@ COMPETITORS = {
             "ours, edge-aware",
             "apply_coord_edge_aware_smoothing",
             strength=Strength("strength", (0.02, 0.2, 1.0, 4.0)),
-            holds=("start", "strength", "range_width", "passes"),
+            holds=("start", "strength", "range_width", "passes", "barycenter_weight"),
             key="edge-aware",
         ),
     )
