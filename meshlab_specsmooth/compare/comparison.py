@@ -424,7 +424,7 @@ def _by_estimate(found: Comparison) -> Iterable[str]:
             yield f"With its strength tuned, the best that MeshLab gets is {error:.3f} ({more}): {tuned[1].call}."
         if found.level:
             yield f"As good within the uncertainty: {', '.join(row.name for row in found.level)}."
-        yield _cost(best)
+        yield _cost(best, found)
     else:
         yield from _truth_says(found, best)
     worse = [row.name for row in found.rows[1:] if row.values.get("estimated_error", 0) > before]
@@ -461,7 +461,7 @@ def _without_estimate(found: Comparison) -> Iterable[str]:
             f"Its result is the closest to the truth, which is known here: {least:.3f} mean edges off, where the mesh "
             f"as given is {_by_truth(given):.3f} off."
         )
-        yield _cost(closest)
+        yield _cost(closest, found)
     yield (
         f"The estimate is not made for this noise ({_BEYOND[found.noise.kind]}). It has {first.name} first: "
         f"{errors[0]:.2f} mean edges off, and the mesh as given {errors[1]:.2f}."
@@ -478,14 +478,16 @@ def _more(error: float, than: float) -> str:
     return f"{abs(change):.0f} % {'more' if change >= 0 else 'less'}"
 
 
-def _cost(row: Row) -> str:
+def _cost(row: Row, found: Comparison) -> str:
     values = row.values
     words = [f"it removes {values['noise_removed']:.0f} % of the noise"]
     if "volume" in values:
         words.append(f"changes the volume by {values['volume']:+.3f} %")
     else:
         words.append(f"shifts the surface by {values['offset']:+.4f} mean edges on average")
-    text = f"{', '.join(words)} and turns {values['flips']:.2f} % of the faces over."
+    if found.truth is not None:  # of a noisy mesh, faces are turned over already, and smoothing turns them back
+        words.append(f"turns {values['flips']:.2f} % of the faces over")
+    text = f"{', '.join(words[:-1])} and {words[-1]}."
     return text[0].upper() + text[1:]
 
 
