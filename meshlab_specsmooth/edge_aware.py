@@ -38,7 +38,7 @@ from meshlab_specsmooth.surface import (
 )
 
 FAVORS = ("position", "normals")
-STARTS = ("given", "smoothed")
+STARTS = ("auto", "given", "smoothed")
 
 # Width of the weights in space, in mean distances of neighbouring centroids: the ring of faces around one counts.
 _SPATIAL_WIDTH = 1.5
@@ -170,6 +170,8 @@ def smooth_edge_aware(
     strength: float | None = None,
     range_width: float | None = None,
     passes: int | None = None,
+    start: str = "auto",
+    barycenter_weight: float | None = None,
     progress: Progress | None = None,
 ) -> EdgeAwareResult:
     """Smooth a surface and keep its edges; without parameters, as strongly as the noise asks for.
@@ -187,6 +189,11 @@ def smooth_edge_aware(
         Between unit normals: 0.2 for hard edges, 0.6 for organic shapes. Chosen if not given.
     passes : int, optional
         Chosen if not given.
+    start : {"auto", "given", "smoothed"}
+        What the first pass filters: the surface as given, for hard edges, or the isotropically smoothed one, for
+        organic shapes. ``"auto"`` chooses, unless nothing else is left to be chosen: then it is as given.
+    barycenter_weight : float, optional
+        w > 0 of the isotropic filter, which the first pass is guided by or starts from. By the noise if not given.
     progress : callable, optional
         Called with the fraction done, rising to 1; what it raises ends the call.
 
@@ -206,9 +213,10 @@ def smooth_edge_aware(
     True
     """
     begin = time.perf_counter()
-    _check(favor, strength, range_width, passes)
+    _check(favor, strength, range_width, passes, start, barycenter_weight)
     surface = _surface(vertices, faces)
-    return _denoised(surface, favor, _Fixed(strength, range_width, passes), False, progress, begin)
+    fixed = _Fixed(strength, range_width, passes, start, barycenter_weight)
+    return _denoised(surface, favor, fixed, False, progress, begin)
 
 
 def denoise(
@@ -253,17 +261,29 @@ class _Fixed:
     strength: float | None
     range_width: float | None
     passes: int | None
+    start: str = "auto"
+    barycenter_weight: float | None = None
 
     def setting(self, weight: float) -> Setting | None:
         """The setting, if nothing is left to be chosen."""
         if self.strength is None or self.range_width is None or self.passes is None:
             return None
-        return Setting("given", self.strength, self.range_width, self.passes, weight)
+        start = "given" if self.start == "auto" else self.start
+        return Setting(start, self.strength, self.range_width, self.passes, self.barycenter_weight or weight)
 
 
-def _check(favor: str, strength: float | None, range_width: float | None, passes: int | None) -> None:
+def _check(
+    favor: str,
+    strength: float | None,
+    range_width: float | None,
+    passes: int | None,
+    start: str,
+    barycenter_weight: float | None,
+) -> None:
     check_name("favor", favor, FAVORS)
-    for name, value in (("strength", strength), ("range_width", range_width)):
+    check_name("start", start, STARTS)
+    numbers = {"strength": strength, "range_width": range_width, "barycenter_weight": barycenter_weight}
+    for name, value in numbers.items():
         if value is not None and not 0 < value < np.inf:
             raise InvalidParameter(f"{name} is {value}; it must be positive and finite")
     if passes is not None and (
@@ -608,7 +628,12 @@ def _coarse(fixed: _Fixed, weight: float) -> list[_Key]:
     ]
     return list(
         dict.fromkeys(
-            (start, fixed.strength or t, fixed.range_width or width, weight * firmer)
+            (
+                start if fixed.start == "auto" else fixed.start,
+                fixed.strength or t,
+                fixed.range_width or width,
+                fixed.barycenter_weight or weight * firmer,
+            )
             for start, t, width, firmer in settings
         )
     )

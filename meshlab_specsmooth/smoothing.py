@@ -909,8 +909,8 @@ def _warning_of(low_pass: Design, vertex_count: int) -> str | None:
     if low_pass.cutoff.modes < _NEARLY_ALL * vertex_count:
         return None
     return (
-        "the wavelength is so short that nearly all waves which the mesh can carry are longer, and are kept: take one of "
-        "five mean edge lengths or more"
+        "the wavelength is so short that nearly all waves which the mesh can carry are longer, and are kept: take one "
+        "of five mean edge lengths or more"
     )
 
 

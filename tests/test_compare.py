@@ -1,3 +1,4 @@
+import dataclasses
 import json
 
 import numpy as np
@@ -114,6 +115,20 @@ def test_a_child_gives_what_the_filter_gives_here_and_survives_one_that_crashes(
         assert process.run(V, "apply_coord_spectral_smoothing", {}).output["barycenter_weight"] > 0
 
 
+def test_a_first_run_comes_after_one_on_a_sphere_which_is_no_part_of_it(monkeypatch):
+    V, F = rough(torus(20, 12))
+    asked = []
+    ask = child.Child._asked
+    monkeypatch.setattr(child.Child, "_asked", lambda self, V, *rest: asked.append(V is None) or ask(self, V, *rest))
+    with child.Child(F) as process:
+        for kind in ("taubin", "taubin", "hc_laplacian"):
+            process.run(V, f"apply_coord_{kind}_smoothing", {})
+        assert asked == [True, False, False, True, False]
+        process.end()  # a new process has run nothing
+        process.run(V, "apply_coord_taubin_smoothing", {})
+        assert asked[-2:] == [True, False]
+
+
 def test_a_filter_that_takes_too_long_or_changes_the_faces_fails():
     V, F = rough(torus(20, 12))
     with child.Child(F, patience=0.01) as process, pytest.raises(FilterFailed, match=r"took more than 0\.01 s"):
@@ -196,8 +211,48 @@ def test_estimated_errors_are_near_the_true_ones_and_rank_alike(found):
         assert row.values["estimated_error"] == pytest.approx(row.values["true_error"], rel=0.1, abs=0.03)
     assert found.correlation > 0.99
     assert found.best is min(rows, key=lambda row: row.values["true_error"])
-    assert found.headline() == f"Take {found.best.name}"
+    assert found.headline() == f"Take {found.best.name}; the truth agrees"
     assert found.best.behind == 0
+
+
+def test_noise_that_no_estimate_is_made_for_has_no_winner_but_by_the_truth():
+    V, F = torus(120, 80)
+    ruler = Ruler.of(mss.Surface(V, F), mss.Surface(V, F))
+    shared = np.random.default_rng(3).standard_normal(len(V))
+    for _ in range(8):
+        shared = ruler.walk @ shared
+    X = V + 0.3 * ruler.edge / shared.std() * shared[:, None] * ruler.normals
+    blind = mss.compare((X, F), filters=["umbrella", "taubin"])
+    assert blind.noise.kind == "correlated"
+    assert (blind.choice, blind.closest) == (None, None)
+    assert blind.headline() == "No winner by numbers: neighbouring vertices share this noise"
+    assert "a hint at most" in blind.reasons()[0]
+    seen = mss.compare((X, F), ground_truth=(V, F), filters=["umbrella", "taubin"])
+    assert seen.choice is min(seen.rows, key=lambda row: row.values["true_error"])
+    assert seen.headline() == f"Take {seen.choice.name}: so says the truth (on this noise no estimate could)"
+
+
+def test_a_headline_says_when_the_truth_has_another_first(found):
+    other = next(row for row in found.ranked[1:] if not row.failure)
+    nearer = dataclasses.replace(other, values={**other.values, "true_error": 0.0})
+    doubted = dataclasses.replace(found, rows=tuple(nearer if row is other else row for row in found.rows))
+    assert doubted.headline() == f"Take {found.best.name}; by the truth {other.name} is closer"
+    assert any(f"{other.name} is the closest: 0.000" in reason for reason in doubted.reasons())
+
+
+def test_a_wrong_noise_level_is_part_of_the_uncertainty(found):
+    """Of the mesh as given, the error is the noise level: and so is its uncertainty."""
+    given, level = found.rows[0], found.noise
+    deviation = (level.high - level.low) / 4 / found.edge
+    assert given.uncertainty == pytest.approx(deviation, rel=0.05)
+    tight = {key: getattr(given, key) for key in ("behind", "behind_uncertainty")}
+    assert tight["behind"] > 2 * tight["behind_uncertainty"] > 0
+
+
+def test_filters_that_choose_are_held_at_every_strength():
+    compared = mss.compare(rough(torus(40, 24)), filters=["edge-aware"])
+    (curve,) = compared.curves
+    assert all("estimated_error" in point.values for point in curve.points)
 
 
 def test_strengths_remove_more_and_more_noise(found):
@@ -266,8 +321,24 @@ def test_large_meshes_are_swept_on_a_part(monkeypatch):
     assert len(compared.sample.vertices) == 700
     assert compared.rows[1].surface.vertices.shape == CLEAN.vertices.shape
     assert compared.rows[1].response is not None
-    assert np.isnan(compared.rows[1].uncertainty)  # one probe says nothing of its scatter
+    assert compared.rows[1].uncertainty > 0  # of the noise level: one probe says nothing of its scatter
     assert len(compared.curves[0].points) > 2
+
+
+def test_larger_ones_run_once_and_say_what_is_left_out(monkeypatch):
+    for name, limit in (("_WHOLE", 1000), ("_ONCE", 2000), ("_SAMPLE", 6000)):
+        monkeypatch.setattr(experiment, name, limit)
+    clean = mss.Surface(*torus(120, 80))
+    compared = experiment.experiment(clean, added=0.2, filters=["taubin", "hc", "automatic"])
+    assert compared.once
+    assert compared.probes == 1
+    for row in compared.rows:
+        assert row.surface.vertices.shape == clean.vertices.shape
+        # on the part, the error of the whole
+        assert row.values["estimated_error"] == pytest.approx(row.values["true_error"], rel=0.25, abs=0.03)
+        assert not {"intersections", "hausdorff", "surface_error"} & set(row.values)
+        assert row.colours["error"].shape == (len(clean.vertices),)
+    assert any("Left out: E_v, Hausdorff, self-intersecting." in reason for reason in compared.reasons())
 
 
 def test_wrong_arguments_are_refused():
@@ -353,6 +424,6 @@ def test_without_the_extra_the_figures_are_there_and_the_message_names_it(scan, 
     assert "MeshLab Taubin" in printed.out
     assert not (out / "comparison.html").exists()
     data = json.loads((out / "comparison.json").read_text())
-    assert [row["name"] for row in data["rows"]] == ["as given", "MeshLab Taubin", "ours, automatic"]
+    assert [row["name"] for row in data["rows"]] == ["as given", "MeshLab Taubin", "specsmooth automatic"]
     assert (out / "comparison.mlp").exists()
     assert "MeshLab Taubin" in (out / "comparison.txt").read_text()

@@ -99,8 +99,15 @@ def test_what_is_given_is_not_chosen():
     result = mss.smooth_edge_aware(*NOISY, strength=0.7, range_width=0.3, passes=2)
     assert (result.strength, result.range_width, result.passes) == (0.7, 0.3, 2)
     assert np.isnan(result.error)
-    free = mss.smooth_edge_aware(*NOISY, strength=0.7, passes=2)
-    assert {(row.setting.strength, row.setting.passes) for row in free.considered} == {(0.7, 2)}
+    free = mss.smooth_edge_aware(*NOISY, strength=0.7, passes=2, start="smoothed", barycenter_weight=0.4)
+    tried = {(x.start, x.strength, x.passes, x.barycenter_weight) for x in (row.setting for row in free.considered)}
+    assert tried == {("smoothed", 0.7, 2, 0.4)}
+
+
+def test_what_was_chosen_does_the_same_when_it_is_given(smoothed):
+    """All of a setting can be given, so that a result needs no search to be made again."""
+    chosen = {name: getattr(smoothed, name) for name in vars(smoothed.considered[0].setting)}
+    assert apart(mss.smooth_edge_aware(*NOISY, **chosen).vertices, smoothed.vertices) == 0
 
 
 def test_deterministic_and_its_input_is_not_changed(smoothed):

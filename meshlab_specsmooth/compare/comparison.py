@@ -13,6 +13,9 @@ from meshlab_specsmooth.compare.competitors import Competitor
 from meshlab_specsmooth.noise import CORRELATED, IMPULSE, NONE, Noise
 from meshlab_specsmooth.surface import Floats, Surface
 
+# Kinds of noise that the estimate is not made for, in words
+_BEYOND = {IMPULSE: "a few vertices are far off", CORRELATED: "neighbouring vertices share this noise"}
+
 # Two estimates that differ by less than so many standard errors, or by less than this share, are level
 _SURELY, _ALIKE = 2.0, 0.01
 
@@ -46,7 +49,8 @@ MEASURES = {
             "estimated error",
             "edges",
             "Distance from the unknown true surface along its normals, root mean square, estimated from the noisy mesh "
-            "alone: Stein's unbiased risk estimate in its Monte-Carlo form (Ramani, Blu, Unser 2008).",
+            "alone: Stein's unbiased risk estimate in its Monte-Carlo form (Ramani, Blu, Unser 2008). "
+            "The uncertainty is its standard error, by the random perturbations and the noise level.",
         ),
         Measure(
             "true_error",
@@ -60,6 +64,14 @@ MEASURES = {
             "normals off",
             "degrees",
             "Mean angle between the face normals of result and truth (Zhang et al. 2015).",
+            digits=2,
+        ),
+        Measure(
+            "seconds",
+            "time",
+            "s",
+            "Of the filter alone, in a process where it has run on a small mesh before, so that nothing is loaded or "
+            "compiled on the way; as busy as this machine was at that moment.",
             digits=2,
         ),
         Measure(
@@ -127,7 +139,6 @@ MEASURES = {
             digits=2,
         ),
         Measure("intersections", "self-intersecting", "%", "Faces that MeshLab finds to run through others.", digits=2),
-        Measure("seconds", "time", "s", "Of the filter alone, as this machine was at that moment.", digits=2),
     )
 }
 
@@ -147,10 +158,11 @@ class Row:
     values : mapping
         Measures by key (see ``MEASURES``), those that apply.
     uncertainty : float
-        Standard error of the estimated error, in mean edges, from the scatter of the probes.
+        Standard error of the estimated error, in mean edges, from the scatter of the probes and from that of the noise
+        level.
     behind, behind_uncertainty : float
         By how much the estimated error is larger than that of the best row, in mean edges, and the standard error of
-        that difference: it is smaller than that of either, as both had the same probes.
+        that difference: it is smaller than that of either, as both had the same probes and noise level.
     chosen : mapping
         Parameters that the filter chose by itself.
     colours : mapping
@@ -231,6 +243,9 @@ class Comparison:
         Middle of the bands of power and response.
     probes : int
         Random perturbations that the estimated errors of the rows come from.
+    once : bool
+        Whether the mesh is so large that filters ran on it once: errors are then estimated on the part, and
+        self-intersections, Hausdorff distance and E_v of vertices that correspond are left out.
     versions : mapping
     seconds : float
         All of it.
@@ -248,6 +263,7 @@ class Comparison:
     sample: Surface | None
     eigenvalues: Floats
     probes: int
+    once: bool
     versions: Mapping[str, str]
     seconds: float
 
@@ -300,19 +316,48 @@ class Comparison:
     def errors(self) -> Floats:
         """(k, 2) estimated and true errors that :attr:`correlation` is of."""
         limit = self.rows[0].values["estimated_error"]
-        values = [row.values for row in self.rows] + [p.values for curve in self.curves for p in curve.points]
+        # what is estimated on a part does not belong to the true error of the whole
+        values = [] if self.once else [row.values for row in self.rows]
+        values += [p.values for curve in self.curves for p in curve.points]
         pairs = [
             (v["estimated_error"], v["true_error"]) for v in values if "true_error" in v and "estimated_error" in v
         ]
         return np.array([pair for pair in pairs if pair[0] <= 1.001 * limit], dtype=np.float64).reshape(-1, 2)
 
+    @property
+    def trusted(self) -> bool:
+        """Whether the noise is of a kind that the estimate is made for."""
+        return self.noise.kind not in _BEYOND
+
+    @property
+    def closest(self) -> Row | None:
+        """The row nearest to the truth, where that is known."""
+        return min((row for row in self.rows if _by_truth(row) < math.inf), key=_by_truth, default=None)
+
+    @property
+    def choice(self) -> Row | None:
+        """What to take: the best by the estimate, or by the truth where the estimate is not to be trusted.
+
+        None where it is not, and there is no truth.
+        """
+        return self.best if self.trusted else self.closest
+
     def headline(self) -> str:
-        """Which filter to take."""
+        """Which filter to take, or that nothing says so; and whether the truth agrees, where it is known."""
+        if self.choice is None:
+            return f"No winner by numbers: {_BEYOND[self.noise.kind]}"
+        leave = self.choice is self.rows[0]
+        advice = "Leave it as it is" if leave else f"Take {self.choice.name}"
+        if not self.trusted:
+            return f"{advice}: so says the truth (on this noise no estimate could)"
         if self.noise.kind == NONE:
-            return "Leave it as it is: there is no noise to speak of"
-        if self.best is self.rows[0]:
-            return "Leave it as it is: every filter makes it worse"
-        return f"Take {self.best.name}"
+            return f"{advice}: there is no noise to speak of"
+        if leave:
+            advice += ": every filter makes it worse"
+        if self.closest is not None:
+            agrees = _by_truth(self.choice) <= (1 + _ALIKE) * _by_truth(self.closest)
+            return f"{advice}; the truth agrees" if agrees else f"{advice}; by the truth {self.closest.name} is closer"
+        return f"{advice}, or {self.level[0].name}: they are level" if self.level and not leave else advice
 
     def reasons(self) -> tuple[str, ...]:
         """Why, in sentences."""
@@ -327,44 +372,103 @@ class Comparison:
         )
 
 
+def _by_truth(row: Row) -> float:
+    """The error by the truth; of the surface where vertices do not correspond."""
+    return row.values.get("true_error", row.values.get("surface_error", math.inf))
+
+
 def _reasons(found: Comparison) -> Iterable[str]:
-    before, best = found.rows[0].values["estimated_error"], found.best
-    level = found.noise.level / found.edge
     if found.noise.kind == NONE:
-        yield f"The noise measured is {level:.3f} mean edges, less than a fiftieth."
-    elif best is not found.rows[0]:
-        after = best.values["estimated_error"]
+        yield f"The noise measured is {found.noise.level / found.edge:.3f} mean edges, less than a fiftieth."
+    elif found.trusted:
+        yield from _by_estimate(found)
+    else:
+        yield from _without_estimate(found)
+    if found.once and found.sample is not None:
         yield (
-            f"Its result is the closest to the true surface: {after:.3f} mean edges off by the estimate, "
+            f"On a mesh of this size errors are estimated, and strengths tried, on a part of "
+            f"{len(found.sample.vertices):,} vertices. Left out: {', '.join(_left_out(found))}."
+        )
+    failed = [row.name for row in found.rows if row.failure]
+    if failed:
+        yield f"Failed on this mesh: {', '.join(failed)}."
+    if found.noise.kind != NONE and math.isfinite(found.correlation):
+        yield f"Estimated and true errors correlate by {found.correlation:.4f} over {len(found.errors())} settings."
+
+
+def _left_out(found: Comparison) -> list[str]:
+    """Columns that a smaller mesh would have."""
+    wanted = ("surface_error", "hausdorff", "intersections") if found.truth is not None else ("intersections",)
+    return [MEASURES[key].label for key in wanted if MEASURES[key] not in found.columns]
+
+
+def _by_estimate(found: Comparison) -> Iterable[str]:
+    before, best = found.rows[0].values["estimated_error"], found.best
+    if best.competitor is not None:
+        after, ours = best.values["estimated_error"], best.competitor.ours
+        yield (
+            f"Its result is the closest to the true surface: {estimate_shown(best)} mean edges off by the estimate, "
             f"where the mesh as given is {before:.3f} off."
         )
-        others = [row for row in found.ranked if row.competitor and row.competitor.ours != best.competitor.ours]  # type: ignore[union-attr]
+        yield from _truth_says(found, best)
+        others = [row for row in found.ranked if row.competitor is not None and row.competitor.ours != ours]
         rival = next((row for row in others if "estimated_error" in row.values), None)
         if rival is not None:
-            whose = "MeshLab's best filter" if best.competitor.ours else "The best of ours"  # type: ignore[union-attr]
+            whose = "MeshLab's best filter" if ours else "The best of this package's"
             error = rival.values["estimated_error"]
             yield f"{whose} at its defaults, {rival.name}, is {error:.3f} off ({_more(error, after)})."
         tuned = next((pair for pair in found.tuned if not pair[0].competitor.ours), None)
-        if tuned is not None and best.competitor is not None and best.competitor.ours:
+        if tuned is not None and ours:
             error = tuned[1].values["estimated_error"]
             more = _more(error, after)
             yield f"With its strength tuned, the best that MeshLab gets is {error:.3f} ({more}): {tuned[1].call}."
         if found.level:
             yield f"As good within the uncertainty: {', '.join(row.name for row in found.level)}."
-        yield _cost(best)
-        worse = [row.name for row in found.rows[1:] if row.values.get("estimated_error", 0) > before]
-        if worse:
-            yield f"Worse than doing nothing here: {', '.join(worse)}."
-    failed = [row.name for row in found.rows if row.failure]
-    if failed:
-        yield f"Failed on this mesh: {', '.join(failed)}."
-    yield from _against_truth(found)
-    if found.noise.kind in (IMPULSE, CORRELATED):
-        kind = "a few vertices far off" if found.noise.kind == IMPULSE else "shared between neighbours"
+        yield _cost(best, found)
+    else:
+        yield from _truth_says(found, best)
+    worse = [row.name for row in found.rows[1:] if row.values.get("estimated_error", 0) > before]
+    if worse and best.competitor is not None:
+        yield f"Worse than doing nothing here: {', '.join(worse)}."
+
+
+def _truth_says(found: Comparison, best: Row) -> Iterable[str]:
+    if found.closest is None:
+        return
+    least, own = _by_truth(found.closest), _by_truth(best)
+    if found.closest is best:
+        yield f"The truth, which is known here, agrees: {own:.3f} mean edges off, and all others are further."
+    else:
         yield (
-            f"Careful: the noise on this mesh is not white ({kind}); the estimated error is made for white noise, "
-            "and its ranking may be wrong here."
+            f"By the truth, which is known here, {found.closest.name} is the closest: {least:.3f} mean edges off, "
+            f"where {best.name} is {own:.3f} off ({_more(own, least)})."
         )
+
+
+def _without_estimate(found: Comparison) -> Iterable[str]:
+    """Where noise is of a kind that the estimate is not made for."""
+    first, given, closest = found.ranked[0], found.rows[0], found.closest
+    errors = [row.values["estimated_error"] for row in (first, given)]
+    if closest is None:
+        yield (
+            "Errors without a truth are estimated as if noise were independent from vertex to vertex. Here it is not, "
+            "and the order of the filters is a hint at most. Look at the surfaces, and take the one that keeps what "
+            "you know to be there."
+        )
+    elif closest.competitor is not None:
+        least = _by_truth(closest)
+        yield (
+            f"Its result is the closest to the truth, which is known here: {least:.3f} mean edges off, where the mesh "
+            f"as given is {_by_truth(given):.3f} off."
+        )
+        yield _cost(closest, found)
+    yield (
+        f"The estimate is not made for this noise ({_BEYOND[found.noise.kind]}). It has {first.name} first: "
+        f"{errors[0]:.2f} mean edges off, and the mesh as given {errors[1]:.2f}."
+    )
+    if closest is not None and first is not closest:
+        own, least = _by_truth(first), _by_truth(closest)
+        yield f"In truth {first.name} is {own:.3f} off ({_more(own, least)})."
 
 
 def _more(error: float, than: float) -> str:
@@ -374,29 +478,17 @@ def _more(error: float, than: float) -> str:
     return f"{abs(change):.0f} % {'more' if change >= 0 else 'less'}"
 
 
-def _cost(row: Row) -> str:
+def _cost(row: Row, found: Comparison) -> str:
     values = row.values
     words = [f"it removes {values['noise_removed']:.0f} % of the noise"]
     if "volume" in values:
         words.append(f"changes the volume by {values['volume']:+.3f} %")
     else:
         words.append(f"shifts the surface by {values['offset']:+.4f} mean edges on average")
-    text = f"{', '.join(words)} and turns {values['flips']:.2f} % of the faces over."
+    if found.truth is not None:  # of a noisy mesh, faces are turned over already, and smoothing turns them back
+        words.append(f"turns {values['flips']:.2f} % of the faces over")
+    text = f"{', '.join(words[:-1])} and {words[-1]}."
     return text[0].upper() + text[1:]
-
-
-def _against_truth(found: Comparison) -> Iterable[str]:
-    rows = [row for row in found.rows if "true_error" in row.values]
-    if not rows or found.noise.kind == NONE:
-        return
-    truly = min(rows, key=lambda row: row.values["true_error"])
-    if truly is found.best:
-        yield "The truth, which is known here, agrees."
-    elif "true_error" in found.best.values:
-        a, b = found.best.values["true_error"], truly.values["true_error"]
-        yield f"By the truth, which is known here, {truly.name} is the closest: {b:.3f} against {a:.3f} mean edges."
-    if math.isfinite(found.correlation):
-        yield (f"Estimated and true errors correlate by {found.correlation:.4f} over {len(found.errors())} settings.")
 
 
 def shown(measure: Measure, value: float) -> str:

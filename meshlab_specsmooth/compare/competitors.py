@@ -169,17 +169,17 @@ COMPETITORS = {
             key="low-pass",
         ),
         Competitor(
-            "ours, automatic",
+            "specsmooth automatic",
             "apply_coord_spectral_smoothing",
             strength=Strength("barycenter_weight", (1.0, 0.5, 0.3, 0.2, 0.1)),
             holds=("barycenter_weight",),
             key="automatic",
         ),
         Competitor(
-            "ours, edge-aware",
+            "specsmooth edge-aware",
             "apply_coord_edge_aware_smoothing",
             strength=Strength("strength", (0.02, 0.2, 1.0, 4.0)),
-            holds=("start", "strength", "range_width", "passes"),
+            holds=("start", "strength", "range_width", "passes", "barycenter_weight"),
             key="edge-aware",
         ),
     )

@@ -49,9 +49,10 @@ def distances(points: Floats, surface: Surface) -> Floats:
     centroids = corners.mean(axis=1)
     radii = np.linalg.norm(corners - centroids[:, None], axis=2).max(axis=1)
     best = np.full(len(points), np.inf)
-    sizes = np.frexp(radii)[1]
-    for size in np.unique(sizes):
-        members = np.flatnonzero(sizes == size)
+    _, size, count = np.unique(np.frexp(radii)[1], return_inverse=True, return_counts=True)
+    # the most first: they leave least to be looked for among the others
+    for number in np.argsort(-count, kind="stable"):
+        members = np.flatnonzero(size.reshape(-1) == number)
         _improve(best, points, _Class(corners[members], centroids[members], radii[members]))
     return np.asarray(np.sqrt(best))
 
@@ -69,6 +70,8 @@ def _improve(best: Floats, points: Floats, triangles: _Class) -> None:
     """Lower the squared distances ``best`` to those of a class of triangles."""
     tree, count, radius = cKDTree(triangles.centroids), len(triangles.centroids), triangles.radii.max()
     left, seen, wanted = np.arange(len(points)), 0, min(_FIRST_NEIGHBOURS, count)
+    if np.isfinite(best).all():
+        left = left[tree.query(points)[0] - radius < np.sqrt(best)]
     while len(left):
         undecided = []
         step = max(1, _PAIRS_AT_ONCE // wanted)

@@ -31,7 +31,7 @@ from meshlab_specsmooth.noise import Noise
 from meshlab_specsmooth.smoothing import assemble
 from meshlab_specsmooth.spectral.density import band_energies
 from meshlab_specsmooth.spectral.progress import Progress
-from meshlab_specsmooth.surface import Floats, Surface, is_closed, mean_edge_length
+from meshlab_specsmooth.surface import Booleans, Floats, Surface, is_closed, mean_edge_length
 from meshlab_specsmooth.version import VERSION
 
 # Random perturbations for the rows, and for each strength of a sweep
@@ -40,6 +40,10 @@ _SWEPT_PROBES = 1
 # Meshes of more vertices are swept, and their spectra taken, on a part; those rows have one probe
 _WHOLE = 60_000
 _SAMPLE = 20_000
+# Meshes of more run through each filter once: errors are estimated on the part, and what takes longest is not measured
+_ONCE = 250_000
+# Rings at the cut around the part, where filters do what they do at boundaries, whose errors do not count
+_RINGS = 20
 _SEED = 7
 _BANDS = 40
 _FEWEST_MODES = 30  # in a band, to measure a response by a random perturbation
@@ -81,8 +85,8 @@ def experiment(
         truth, given = given, Surface(noise.gaussian(given, added, seed), given.faces)
     if mean_edge_length(given) == 0:
         raise InvalidSurface("faces", "have no edge of any length", "give a surface")
-    large = len(given.vertices) > _WHOLE
-    bench = _Bench.of(given, truth, 1 if large else _PROBES)
+    large, once = len(given.vertices) > _WHOLE, len(given.vertices) > _ONCE
+    bench = _Bench.of(given, truth, 1 if large else _PROBES, once=once)
     small = bench.part(_patch(given, _SAMPLE)) if large else bench
     steps = _Steps(progress, wanted, bench, small)
     with Child(given.faces) as whole, Child(small.given.faces) as part, ThreadPoolExecutor(1) as pool:
@@ -100,14 +104,37 @@ def experiment(
         seed,
         bench.ruler.edge,
         bench.risk.noise,
-        _compared(rows, bench),
+        _compared(rows),
         curves,
         None if small is bench else small.given,
         small.eigenvalues,
-        len(bench.perturbed),
+        len(small.perturbed) if once else len(bench.perturbed),
+        once,
         _versions(),
         time.perf_counter() - start,
     )
+
+
+@dataclass(frozen=True)
+class _Estimated:
+    """An estimated error, in mean edges; what belongs to its square, the risk, in squared mean edges.
+
+    ``scatter`` is the standard error over the probes, NaN of one; ``by_level`` by how much a standard error of the
+    noise level moves the risk, with its sign; ``risks`` the risk by each probe.
+    """
+
+    error: float
+    scatter: float
+    by_level: float
+    risks: tuple[float, ...]
+
+    @property
+    def uncertainty(self) -> float:
+        """By how much a standard error of the risk raises the error.
+
+        That is of the noise level alone where one probe says nothing of its scatter.
+        """
+        return math.sqrt(self.error**2 + math.hypot(np.nan_to_num(self.scatter), self.by_level)) - self.error
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,6 +149,8 @@ class _Bench:
         Whether the truth has the same faces.
     ruler : Ruler
     risk : PreparedError
+    judged : PreparedError
+        The same of the vertices whose error counts.
     perturbed : list of (n, 3) float64
     L : Laplacian
         Of the vertices that have an edge.
@@ -131,6 +160,8 @@ class _Bench:
         Left in the mesh as given, by the ruler.
     stretch : float
         The bounding box's diagonal of the whole mesh by that of this part.
+    once : bool
+        Whether filters run once, and on nothing perturbed; and what takes longest is not measured.
     """
 
     given: Surface
@@ -138,14 +169,18 @@ class _Bench:
     corresponds: bool
     ruler: Ruler
     risk: PreparedError
+    judged: PreparedError
     perturbed: list[Floats]
     L: Laplacian
     angles: Floats
     noise: float
     stretch: float = 1.0
+    once: bool = False
 
     @staticmethod
-    def of(given: Surface, truth: Surface | None, probes: int, level: Noise | None = None) -> _Bench:
+    def of(
+        given: Surface, truth: Surface | None, probes: int, level: Noise | None = None, once: bool = False
+    ) -> _Bench:
         """The bench of a mesh, whose noise is measured where it is not known."""
         corresponds = (
             truth is not None
@@ -160,10 +195,12 @@ class _Bench:
             corresponds,
             ruler,
             risk,
-            risk.perturbed() if risk.draws.any() else [],
+            risk,
+            risk.perturbed() if risk.draws.any() and not once else [],
             assemble(given.vertices, given.faces, "uniform").L,
             np.linspace(0, np.pi, _BANDS + 1),
             ruler.noise_left(given),
+            once=once,
         )
 
     def part(self, patch: npt.NDArray[np.int64]) -> _Bench:
@@ -172,20 +209,30 @@ class _Bench:
         truth = _restricted(self.truth, patch) if self.truth is not None and self.corresponds else None
         diagonals = [float(np.linalg.norm(np.ptp(s.vertices, axis=0))) for s in (self.given, given)]
         stretch = diagonals[0] / diagonals[1] if diagonals[1] > 0 else 1.0
-        # what is noise was measured on the whole
-        return replace(_Bench.of(given, truth, _SWEPT_PROBES, self.risk.noise), stretch=stretch)
+        # what is noise was measured on the whole, and the unit of lengths is the whole's
+        bench = _Bench.of(given, truth, _SWEPT_PROBES, self.risk.noise)
+        ruler = replace(bench.ruler, edge=self.ruler.edge)
+        judged = _inside(bench.risk, ~_at_the_cut(self.given, patch))
+        return replace(bench, ruler=ruler, judged=judged, noise=ruler.noise_left(given), stretch=stretch)
 
     @property
     def eigenvalues(self) -> Floats:
         """Middle of the bands."""
         return np.asarray(1 - np.cos((self.angles[1:] + self.angles[:-1]) / 2))
 
-    def estimated(self, result: Floats, perturbed: Sequence[Floats | None]) -> tuple[float, float, tuple[float, ...]]:
-        """Estimated error and its standard error in mean edges, and the risks by probe in squared mean edges."""
-        found = self.risk.estimate(result, perturbed)
-        error, edge = found.error / self.ruler.edge, self.ruler.edge
-        spread = found.standard_error / edge**2 / (2 * error) if error > 0 else math.nan
-        return error, spread, tuple(risk / edge**2 for risk in found.risks)
+    def estimated(self, result: Floats, perturbed: Sequence[Floats | None]) -> _Estimated:
+        """The error of a result, from what the same filter made of perturbed surfaces."""
+        found, area = self.judged.estimate(result, perturbed), self.ruler.edge**2
+        moved = float((self.judged.along_normals(self.given.vertices, result) ** 2).mean())
+        # the risk is what has moved and something in proportion to the squared level
+        level, interval = found.noise.level, found.noise.high - found.noise.low
+        by_level = 2 * (found.risk - moved) * interval / (4 * level) if level > 0 else 0.0
+        return _Estimated(
+            found.error / self.ruler.edge,
+            found.standard_error / area,
+            by_level / area,
+            tuple(risk / area for risk in found.risks),
+        )
 
     def quick(self, result: Surface) -> dict[str, float]:
         """What is measured at every strength."""
@@ -199,7 +246,7 @@ class _Bench:
         if is_closed(ruler.surface):
             values["volume"] = metrics.volume_change(result, ruler.surface)
         if self.corresponds and self.truth is not None:
-            along = self.risk.along_normals(self.truth.vertices, result.vertices)
+            along = self.judged.along_normals(self.truth.vertices, result.vertices)
             values["true_error"] = float(np.sqrt((along**2).mean())) / ruler.edge
             values["normal_error"] = metrics.normal_error(result, self.truth)
         return values
@@ -212,8 +259,9 @@ class _Bench:
             "dihedral": shape.dihedral_deviation(result),
             "quality": shape.triangle_quality(result),
             "flips": metrics.flipped(result, ruler.surface),
-            "intersections": 100 * self_intersections(result) / len(result.faces),
         }
+        if not self.once:
+            values["intersections"] = 100 * self_intersections(result) / len(result.faces)
         rim = shape.boundary_length(self.given)
         if rim > 0:
             values["boundary"] = 100 * (shape.boundary_length(result) / rim - 1)
@@ -221,13 +269,17 @@ class _Bench:
             "displacement": np.linalg.norm(result.vertices - self.given.vertices, axis=1) / ruler.edge,
             "curvature": shape.mean_curvature(ruler, result),
         }
-        if self.truth is not None:
+        if self.truth is not None and self.corresponds:
+            values["vertex_error"] = metrics.vertex_error(result, self.truth)
+        if self.truth is not None and self.once and self.corresponds:
+            along = ((result.vertices - self.truth.vertices) * ruler.normals).sum(axis=1)
+            colours["error"] = np.abs(along) / ruler.edge
+        elif self.truth is not None:
             far = distances(result.vertices, self.truth)
             values["surface_error"] = metrics.root_mean_square(far, result) / ruler.edge
-            values["hausdorff"] = hausdorff(result, self.truth) / ruler.edge
             colours["error"] = far / ruler.edge
-            if self.corresponds:
-                values["vertex_error"] = metrics.vertex_error(result, self.truth)
+            if not self.once:
+                values["hausdorff"] = hausdorff(result, self.truth) / ruler.edge
         return values, colours
 
     def power(self, vertices: Floats) -> Floats:
@@ -262,30 +314,33 @@ def _run(
     part: Child,
     pool: ThreadPoolExecutor,
     steps: _Steps,
-) -> tuple[list[tuple[Row, tuple[float, ...]]], tuple[Curve, ...]]:
-    """Rows with their risks, and curves: defaults first, on a machine that does nothing else, for the time's sake."""
+) -> tuple[list[tuple[Row, _Estimated | None]], tuple[Curve, ...]]:
+    """Rows with estimates, and curves: defaults first, on a machine that does nothing else, for the time's sake."""
     V = bench.given.vertices
     first = [_tried(whole, each, V, steps) for each in wanted]
     # from here on the filters run in their process while what they made is measured in this one
     pending = []
     for each, ran in zip(wanted, first, strict=True):
-        repeated = pool.submit(_repeated, whole, each, ran, bench, steps)
+        repeated = None if bench.once else pool.submit(_repeated, whole, each, ran, bench, _PROBES, steps)
         sampled = None if small is bench else pool.submit(_sampled, part, each, ran, small, steps)
         pending.append((repeated, sampled))
     sweeps = [pool.submit(_swept, part, each, small, steps) for each in wanted]
-    rows = [_row(None, bench, Ran(V, {}, math.nan), bench.perturbed)]
-    rows[0] = (replace(rows[0][0], power=small.power(small.given.vertices)), rows[0][1])
+    judge = small if bench.once else bench
+    given = judge.estimated(judge.given.vertices, judge.perturbed)
+    untouched = replace(_row(None, bench, Ran(V, {}, math.nan), given), power=small.power(small.given.vertices))
+    rows: list[tuple[Row, _Estimated | None]] = [(untouched, given)]
     for each, ran, (repeated, sampled) in zip(wanted, first, pending, strict=True):
-        again = repeated.result()
+        again = [] if repeated is None else repeated.result()
         seen = None if sampled is None else sampled.result()
         failure = next((x for x in (ran, again, seen) if isinstance(x, str)), None)
         if isinstance(ran, str) or isinstance(again, str) or isinstance(seen, str):
-            rows.append((Row(each, None, str(failure)), ()))
+            rows.append((Row(each, None, str(failure)), None))
         else:
-            row, risks = _row(each, bench, ran, again)
             vertices, perturbed = (ran.vertices, again) if seen is None else (seen[0], seen[1:])
+            estimated = small.estimated(vertices, perturbed) if bench.once else bench.estimated(ran.vertices, again)
+            row = _row(each, bench, ran, estimated)
             rows.append(
-                (replace(row, power=small.power(vertices), response=small.response(vertices, perturbed)), risks)
+                (replace(row, power=small.power(vertices), response=small.response(vertices, perturbed)), estimated)
             )
         steps.done(1)
     curves = []
@@ -313,7 +368,8 @@ def _held(competitor: Competitor, ran: Ran) -> Competitor:
         return competitor
     own = {parameter.name for parameter in load(competitor.filter).parameters}
     held = {name: ran.output[name] for name in competitor.holds if name in own and ran.output.get(name)}
-    return replace(competitor, parameters={**held, **competitor.parameters})
+    held |= competitor.parameters
+    return competitor if held == competitor.parameters else replace(competitor, parameters=held)
 
 
 def _on_part(competitor: Competitor, bench: _Bench) -> Competitor:
@@ -325,9 +381,9 @@ def _on_part(competitor: Competitor, bench: _Bench) -> Competitor:
 
 
 def _repeated(
-    child: Child, competitor: Competitor, ran: Ran | str, bench: _Bench, steps: _Steps
+    child: Child, competitor: Competitor, ran: Ran | str, bench: _Bench, probes: int, steps: _Steps
 ) -> list[Floats | None] | str:
-    """The runs on the perturbed surfaces, at the setting of the run on the surface as given; None where it is not."""
+    """The runs on perturbed surfaces, at the setting of the run on the surface as given; None where it is not."""
     if isinstance(ran, str):
         return ran
     held = _held(competitor, ran)
@@ -338,7 +394,7 @@ def _repeated(
         if off > _SAME * bench.risk.noise.level:
             held = competitor
     runs = []
-    for X in bench.perturbed:
+    for X in bench.perturbed[:probes]:
         again = _tried(child, held, X, steps)
         if isinstance(again, str):
             return again
@@ -382,41 +438,41 @@ def _swept(child: Child, competitor: Competitor, bench: _Bench, steps: _Steps) -
         if isinstance(ran, str):
             continue
         values = bench.quick(Surface(ran.vertices, bench.given.faces))
-        again = [_tried(child, on_part, X, steps) for X in bench.perturbed[:_SWEPT_PROBES]]
-        if all(isinstance(run, Ran) and _agree(competitor, ran, run) for run in again):
-            error, _, _ = bench.estimated(ran.vertices, [run.vertices for run in again if isinstance(run, Ran)])
-            values = {"estimated_error": error, **values}
+        again = _repeated(child, on_part, ran, bench, _SWEPT_PROBES, steps)
+        if not isinstance(again, str):
+            values = {"estimated_error": bench.estimated(ran.vertices, again).error, **values}
         points.append(Point(f"ms.{each.call}", value, values))
     return Curve(competitor, tuple(points))
 
 
-def _row(
-    competitor: Competitor | None, bench: _Bench, ran: Ran, perturbed: Sequence[Floats | None]
-) -> tuple[Row, tuple[float, ...]]:
+def _row(competitor: Competitor | None, bench: _Bench, ran: Ran, estimated: _Estimated) -> Row:
     surface = Surface(ran.vertices, bench.given.faces)
     values, colours = bench.full(surface)
-    error, spread, risks = bench.estimated(ran.vertices, perturbed)
-    values |= {"estimated_error": error}
+    values |= {"estimated_error": estimated.error}
     if math.isfinite(ran.seconds):
         values["seconds"] = ran.seconds
     chosen = {} if competitor is None else {name: ran.output[name] for name in competitor.holds if name in ran.output}
     digest = hashlib.sha256(np.ascontiguousarray(ran.vertices).tobytes()).hexdigest()
-    return Row(competitor, surface, "", values, spread, chosen=chosen, colours=colours, hash=digest), risks
+    return Row(competitor, surface, "", values, estimated.uncertainty, chosen=chosen, colours=colours, hash=digest)
 
 
-def _compared(rows: Sequence[tuple[Row, tuple[float, ...]]], bench: _Bench) -> tuple[Row, ...]:
+def _compared(rows: Sequence[tuple[Row, _Estimated | None]]) -> tuple[Row, ...]:
     """The rows, with how far each is behind the best: by the same probes, so that most of their scatter cancels."""
-    best, risks = min(rows, key=lambda pair: pair[0].values.get("estimated_error", math.inf))
-    compared = []
-    for row, own in rows:
-        if own:
-            error, least = row.values["estimated_error"], best.values["estimated_error"]
-            apart = np.subtract(own, risks)
-            apart = apart[np.isfinite(apart)]
-            spread = float(apart.std(ddof=1) / np.sqrt(len(apart))) if len(apart) > 1 else math.nan
-            row = replace(row, behind=error - least, behind_uncertainty=spread / max(error + least, 1e-12))
-        compared.append(row)
-    return tuple(compared)
+    best = min((found for _, found in rows if found is not None), key=lambda found: found.error)
+    return tuple(row if found is None else _behind(row, found, best) for row, found in rows)
+
+
+def _behind(row: Row, found: _Estimated, best: _Estimated) -> Row:
+    apart = np.subtract(found.risks, best.risks)
+    apart = apart[np.isfinite(apart)]
+    scatter = float(apart.std(ddof=1) / np.sqrt(len(apart))) if len(apart) > 1 else 0.0
+    # a wrong noise level puts both off, and alike as far as they remove alike
+    spread = math.hypot(scatter, found.by_level - best.by_level)
+    return replace(
+        row,
+        behind=found.error - best.error,
+        behind_uncertainty=spread / max(found.error + best.error, 1e-12),
+    )
 
 
 def _restricted(surface: Surface, patch: npt.NDArray[np.int64]) -> Surface:
@@ -425,6 +481,24 @@ def _restricted(surface: Surface, patch: npt.NDArray[np.int64]) -> Surface:
     number[patch] = np.arange(len(patch))
     faces = number[surface.faces]
     return Surface(surface.vertices[patch], faces[(faces >= 0).all(axis=1)])
+
+
+def _at_the_cut(surface: Surface, patch: npt.NDArray[np.int64]) -> Booleans:
+    """(k,) whether each vertex of a patch lies within some rings of where it was cut out."""
+    held = np.zeros(len(surface.vertices), dtype=np.bool_)
+    held[patch] = True
+    near = ~held
+    for _ in range(_RINGS):
+        near[surface.faces[near[surface.faces].any(axis=1)]] = True
+    return np.asarray(near[patch])
+
+
+def _inside(risk: PreparedError, counts: Booleans) -> PreparedError:
+    """The estimate for some vertices, or for all where none is left."""
+    kept = counts[risk.moving]
+    if not kept.any():
+        return risk
+    return replace(risk, moving=risk.moving[kept], normals=risk.normals[kept], draws=risk.draws[kept])
 
 
 def _patch(surface: Surface, size: int) -> npt.NDArray[np.int64]:

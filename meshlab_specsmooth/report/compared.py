@@ -85,7 +85,7 @@ def compare(
     >>> ms.create_sphere(subdiv=4)
     >>> found = mss.compare(ms, noise=0.2, filters=["laplacian", "automatic"])
     >>> found.headline()
-    'Take ours, automatic'
+    'Take specsmooth automatic; the truth agrees'
     """
     if out is not None:
         page.made(out)

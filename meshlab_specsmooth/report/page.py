@@ -122,6 +122,7 @@ def data_of(found: Comparison) -> dict[str, Any]:
         "added": found.added,
         "seed": found.seed,
         "headline": found.headline(),
+        "trusted": found.trusted,
         "reasons": list(found.reasons()),
         "correlation": _number(found.correlation),
         "rows": [
@@ -211,7 +212,7 @@ def _noise_details(found: Comparison) -> str:
     return (
         f"Noise measured along the normals: {level:.4f} mean edges, between {low:.4f} and {high:.4f}, taken for "
         f"{noise.kind}. The estimated errors of the table come from {found.probes} random perturbations, the same for "
-        "every filter; the uncertainty is the standard error over them and does not cover an error of the noise level. "
+        "every filter; the uncertainty is the standard error over them and that of the noise level. "
         "Filters that choose a setting by themselves are held at what they chose for the mesh."
     )
 
@@ -224,10 +225,11 @@ def _bars(found: Comparison, painted: Mapping[str, str]) -> list[dict[str, Any]]
     return [
         {
             "name": row.name,
-            "best": row is found.best,
+            "best": row is found.choice,
             "ours": row.competitor is not None and row.competitor.ours,
             "given": row.competitor is None,
             "failure": row.failure,
+            "beyond": row.values.get("estimated_error", 0.0) > full,
             "width": min(100.0, round(100 * row.values.get("estimated_error", 0.0) / full, 2)),
             "truth": round(100 * row.values["true_error"] / full, 2)
             if row.values.get("true_error", math.inf) <= full
@@ -249,7 +251,7 @@ def _winners(rows: Sequence[Mapping[str, float]], columns: Sequence[Measure]) ->
     found = {}
     for column in columns:
         values = [row[column.key] for row in rows if math.isfinite(row.get(column.key, math.nan))]
-        if column.better and values and column.key != "seconds":
+        if column.better and len(set(values)) > 1 and column.key != "seconds":
             found[column.key] = ways[column.better](values)
     return found
 
@@ -280,7 +282,7 @@ def _table_row(found: Comparison, row: Row, painted: Mapping[str, str], notes: l
         cells[0]["shown"] = estimate_shown(row)
     return {
         "name": row.name,
-        "best": row is found.best,
+        "best": row is found.choice,
         "colour": painted[row.name],
         "failure": row.failure,
         "notes": " ".join(str(notes.index(note) + 1) for note in own),
@@ -325,7 +327,7 @@ def _sweep_note(found: Comparison) -> str:
         return ""
     return (
         f"On a mesh of this size this, and what follows on waves, is measured on a part of it, of "
-        f"{len(found.sample.vertices):,} vertices."
+        f"{len(found.sample.vertices):,} vertices, with one random perturbation."
     )
 
 
@@ -443,7 +445,7 @@ def _pictures(found: Comparison, shapes: Sequence[_Shape], drawn: tuple[npt.NDAr
 
 def _eye_catcher(found: Comparison) -> Floats:
     """A point on the side that is seen first, where the surface bends most."""
-    best = found.best if found.best.surface is not None else found.rows[0]
+    best = found.choice or found.best
     surface, bent = best.surface or found.given, np.abs(best.colours["curvature"])
     V, view = surface.vertices, front(surface)
     towards = view.direction / np.linalg.norm(view.direction)
