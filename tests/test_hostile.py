@@ -142,6 +142,35 @@ def test_a_file_that_is_odd_but_a_mesh_is_smoothed(tmp_path, name):
     assert np.isfinite(meshset.pull(files.read(tmp_path / "out.obj"))[0]).all()
 
 
+POLYGONS = {
+    "a triangle upon a quadrilateral": [[0, 1, 2, 3], [0, 2, 3]],
+    "a crossed quadrilateral upon another": [[0, 1, 2, 3], [0, 2, 1, 3]],
+    "repeated corners": [[0, 1, 2, 3], [0, 1, 1, 2, 3]],
+    "twice around": [[0, 1, 2, 3, 0, 1, 2, 3]],
+}
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="memory is limited as Linux does it")
+@pytest.mark.parametrize("ending", ["obj", "off"])
+@pytest.mark.parametrize("name", POLYGONS)
+def test_polygons_that_pymeshlab_writes_without_end_are_an_error_with_a_remedy(tmp_path, capfd, name, ending):
+    source, target = tmp_path / "polygons.ply", tmp_path / f"out.{ending}"
+    rows = [" ".join(map(str, [len(corners), *corners])) for corners in POLYGONS[name]]
+    body = "\n".join(["0 0 0", "1 0 0", "1 1 0", "0 1 0", *rows, ""]).encode()
+    source.write_bytes(ply(4, len(rows), body, "ascii"))
+    target.write_bytes(b"as it was")
+    assert main(["smooth", str(source), str(target)]) == 1
+    problem = capfd.readouterr().err
+    assert problem.startswith(f"specsmooth: {target}: cannot be written: memory ran out")
+    assert problem.count("\n") == 1
+    assert target.read_bytes() == b"as it was"
+    assert main(["smooth", str(source), str(tmp_path / "out.ply")]) == 0
+    ms = files.read(source)
+    ms.meshing_poly_to_tri()  # as the error says
+    files.write(ms, target)
+    assert files.read(target).current_mesh().face_number() == len(meshset.pull(ms)[1])
+
+
 @pytest.mark.parametrize("ending", ["ply", "stl", "off"])
 def test_what_pymeshlab_writes_promises_no_more_than_it_holds(tmp_path, ending):
     path = tmp_path / f"mesh.{ending}"
