@@ -1,4 +1,4 @@
-"""What memory there is: to refuse work that would not fit before it starts, and to stop what takes more than its share."""
+"""What memory there is: to refuse work that would not fit before it starts, and end what takes more than there is."""
 
 from __future__ import annotations
 

@@ -135,8 +135,8 @@ def _save(ms: pymeshlab.MeshSet, path: Path) -> None:
         if not walks:
             raise
         raise pymeshlab.PyMeshLabException(
-            "memory ran out, as it does where a polygon lies upon another face or has a corner twice, and pymeshlab goes "
-            "around it without end; write .ply, or make triangles of all polygons first (meshing_poly_to_tri)"
+            "memory ran out, as it does where a polygon lies upon another face or has a corner twice, and pymeshlab "
+            "goes around it without end; write .ply, or make triangles of all polygons first (meshing_poly_to_tri)"
         ) from error
     if not path.is_file():  # .u3d: it is said to be written, and is not
         raise pymeshlab.PyMeshLabException(f"pymeshlab writes no {path.suffix} file")
