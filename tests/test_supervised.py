@@ -80,7 +80,7 @@ def test_a_reader_that_takes_all_memory_is_one_line(folder):
     assert (process.returncode, problem) == (1, "specsmooth: scan.ply: cannot be read: memory ran out\n")
 
 
-def until(condition, seconds=60.0):
+def until(condition, seconds=300.0):
     end = time.monotonic() + seconds
     while not condition():
         assert time.monotonic() < end, "it never came"
