@@ -2,6 +2,7 @@
 
 import contextlib
 import csv
+import importlib
 import json
 import os
 import shutil
@@ -72,7 +73,6 @@ def fake(job):
 answers = os.dup(1)
 worker.serve(fake)
 """
-RUN_THERE = cluster.run_there
 
 
 def test_each_mesh_becomes_what_smooth_makes_of_it(tmp_path):
@@ -404,32 +404,33 @@ def test_a_cluster_gives_the_same_bits_though_a_worker_is_killed(tmp_path):
     assert batch(inputs, out, passes=3).counts == {"skipped": 6, "failed": 1}
 
 
+# what the workers of a cluster run instead: their processes die of meshes that are called so, or they do
+FATAL = f"""
+import os, sys
+from meshlab_specsmooth.batch import cluster, local
+run_there = cluster.run_there
 def run_or_die(job, size, time_limit):
-    """On a worker of a cluster, whose processes die of meshes that are called so, or that dies itself."""
     if "worker" in job.source:
         os._exit(1)
-    local.COMMAND = (sys.executable, "-c", DYING)
-    return RUN_THERE(job, size, time_limit)
+    local.COMMAND = (sys.executable, "-c", {DYING!r})
+    return run_there(job, size, time_limit)
+"""
 
 
 @posix
 def test_on_a_cluster_a_mesh_that_kills_its_process_or_its_worker_costs_no_other(tmp_path, monkeypatch):
-    cloudpickle = pytest.importorskip("cloudpickle")
     inputs, out = scans(tmp_path / "in", 2), tmp_path / "out"
     for path in (inputs / "killed.ply", inputs / "kills its worker.ply", tmp_path / "endless.ply"):
         shutil.copy(inputs / "scan0.ply", path)
-    monkeypatch.setattr(cluster, "run_there", run_or_die)
-    this = sys.modules[__name__]
-    cloudpickle.register_pickle_by_value(this)  # the workers do not have it
-    try:
-        # with this setting Dask gives up all that a worker had which died
-        with dask(tmp_path, 3, DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES="0") as (address, workers):
-            summary = batch(inputs, out, scheduler=address)
-            late = batch(tmp_path / "endless.ply", out, scheduler=address, time_limit=1.0)
-            print([(o.status, o.reason) for o in (*summary.outcomes, *late.outcomes)])
-            assert sum(worker.poll() is not None for worker in workers) == 2  # it was tried twice
-    finally:
-        cloudpickle.unregister_pickle_by_value(this)
+    (tmp_path / "fatal_jobs.py").write_text(FATAL)
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(cluster, "run_there", importlib.import_module("fatal_jobs").run_or_die)
+    # with this setting Dask gives up all that a worker had which died
+    environment = {"DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "0", "PYTHONPATH": str(tmp_path)}
+    with dask(tmp_path, 3, **environment) as (address, workers):
+        summary = batch(inputs, out, scheduler=address)
+        late = batch(tmp_path / "endless.ply", out, scheduler=address, time_limit=1.0)
+        assert sum(worker.poll() is not None for worker in workers) == 2  # it was tried twice
     assert statuses(summary) == {
         "scan0": "done",
         "scan1": "done",
@@ -438,8 +439,8 @@ def test_on_a_cluster_a_mesh_that_kills_its_process_or_its_worker_costs_no_other
     }
     reasons = {Path(outcome.input).stem: outcome.reason for outcome in summary.outcomes}
     assert "crashed (SIGKILL)" in reasons["killed"]
-    assert [outcome.reason for outcome in late.outcomes] == ["given up after 1 s"]
     assert reasons["kills its worker"] == "every Dask worker that had it died"
+    assert [outcome.reason for outcome in late.outcomes] == ["given up after 1 s"]
 
 
 def test_no_cluster_is_one_line(tmp_path, monkeypatch, capsys):
