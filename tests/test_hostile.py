@@ -12,9 +12,12 @@ import numpy as np
 import pytest
 
 import meshlab_specsmooth as mss
+from meshlab_specsmooth import reconstruction
+from meshlab_specsmooth.batch import work
+from meshlab_specsmooth.batch.work import Job
 from meshlab_specsmooth.bridge import files, headers, meshset
 from meshlab_specsmooth.cli import main
-from tests.meshes import torus
+from tests.meshes import rough, torus
 
 CORNERS = struct.pack("<9f", 0, 0, 0, 1, 0, 0, 0, 1, 0)
 FACE = struct.pack("<B3i", 3, 0, 1, 2)
@@ -227,6 +230,36 @@ sys.exit(main(["smooth", {str(source)!r}, {str(target)!r}]))
     assert done.stderr.count("\n") == 1
     assert target.read_bytes() == b"as it was"
     assert sorted(file.name for file in tmp_path.iterdir()) == ["in.ply", target.name]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="places of Linux")
+@pytest.mark.parametrize("place", ["/proc", "/sys"])
+def test_a_place_where_nobody_may_write_is_one_line(tmp_path, capfd, place):
+    """Read-only for root as well, who may write into folders that say otherwise."""
+    source = tmp_path / "in.ply"
+    files.write(meshset.new(*torus(8, 6)), source)
+    assert main(["smooth", str(source), f"{place}/out.ply"]) == 1
+    printed = capfd.readouterr()
+    assert printed.err.startswith(f"specsmooth: {place}/out.ply: ")
+    assert printed.err.count("\n") == 1
+    assert list(tmp_path.iterdir()) == [source]
+
+
+def test_a_solve_that_does_not_converge_is_one_line_and_leaves_the_target(tmp_path, capfd, monkeypatch):
+    source, target = tmp_path / "in.ply", tmp_path / "out.ply"
+    files.write(meshset.new(*rough(torus(40, 24))), source)
+    target.write_bytes(b"as it was")
+    monkeypatch.setattr(reconstruction, "MOST_ITERATIONS", 3)
+    assert main(["smooth", str(source), str(target), "--barycenter-weight", "0.01"]) == 1
+    printed = capfd.readouterr()
+    assert printed.err.startswith("specsmooth: the least-squares solve stands at a relative residual of ")
+    assert printed.err.count("\n") == 1
+    assert target.read_bytes() == b"as it was"
+    job = Job(str(source), str(target), "apply_coord_spectral_smoothing", {"barycenter_weight": 0.01})
+    outcome = work.run(job)
+    assert outcome.status == "failed"
+    assert outcome.reason.startswith("the least-squares solve stands at")
+    assert target.read_bytes() == b"as it was"
 
 
 def test_a_batch_of_strangers_is_a_line_each(tmp_path):
