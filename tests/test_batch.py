@@ -319,7 +319,7 @@ def assert_nothing_looks_finished_that_is_not(out):
 @posix
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
 def test_a_run_that_is_killed_is_gone_on_with(tmp_path, monkeypatch, number):
-    inputs, out = scans(tmp_path / "in", 8, (60, 50)), tmp_path / "out"
+    inputs, out = scans(tmp_path / "in", 6, (60, 50)), tmp_path / "out"
     with subprocess.Popen(
         command(inputs, "--out", out, "--workers", 2, "--passes", 5), stdout=subprocess.PIPE, stderr=subprocess.PIPE
     ) as process:
@@ -333,7 +333,7 @@ def test_a_run_that_is_killed_is_gone_on_with(tmp_path, monkeypatch, number):
     if number != signal.SIGKILL:  # what was going on was cleaned up, and told
         assert not list(out.glob(".specsmooth-*"))
         counts = json.loads((out / "summary.json").read_text())["counts"]
-        assert counts["done"] + counts["not run"] == 8
+        assert counts["done"] + counts["not run"] == 6
     monkeypatch.setattr(local, "outcomes", lambda jobs, workers, time_limit: (work.run(job) for job, _ in jobs))
     again = batch(inputs, out, passes=5)
     assert again.is_complete

@@ -1,5 +1,6 @@
 """Files from strangers: one line and an exit code, the target untouched, and never a hang, a crash or all memory."""
 
+import json
 import os
 import resource
 import shutil
@@ -204,32 +205,42 @@ def test_strange_names_are_names(tmp_path, name):
     assert main(["smooth", str(source), str(target)]) == 1
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="limits of POSIX")
-@pytest.mark.parametrize("ending", ["ply", "obj", "stl", "off", "dae", "wrl"])
-@pytest.mark.parametrize("share", [0.5, 0.999])
-def test_a_full_disk_leaves_the_old_file(tmp_path, ending, share):
-    """Stood in for by a limit on the size of files: what is written beyond it is refused as it is there."""
-    source, target = tmp_path / "in.ply", tmp_path / f"out.{ending}"
-    files.write(meshset.new(*torus(40, 24)), source)
-    assert main(["smooth", str(source), str(target)]) == 0
-    most = int(target.stat().st_size * share)
-    target.write_bytes(b"as it was")
-    code = f"""
-import resource, signal, sys
+# the command line with a limit on the size of files, at which writing is refused as on a full disk
+FULL_DISK = """
+import contextlib, io, json, resource, signal, sys
 from meshlab_specsmooth.cli import main
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-resource.setrlimit(resource.RLIMIT_FSIZE, ({most}, resource.RLIM_INFINITY))
-sys.exit(main(["smooth", {str(source)!r}, {str(target)!r}]))
+for source, target, most in json.loads(sys.argv[1]):
+    resource.setrlimit(resource.RLIMIT_FSIZE, (most, resource.RLIM_INFINITY))
+    with contextlib.redirect_stderr(io.StringIO()) as problem:
+        code = main(["smooth", source, target])
+    print(json.dumps([code, problem.getvalue()]))
 """
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="limits of POSIX")
+def test_a_full_disk_leaves_the_old_file(tmp_path):
+    source = tmp_path / "in.ply"
+    files.write(meshset.new(*torus(40, 24)), source)
+    cases = []
+    for ending in ("ply", "obj", "stl", "off", "dae", "wrl"):
+        target = tmp_path / f"out.{ending}"
+        assert main(["smooth", str(source), str(target)]) == 0
+        cases += [(str(source), str(target), int(target.stat().st_size * share)) for share in (0.5, 0.999)]
+        target.write_bytes(b"as it was")
+    before = sorted(tmp_path.iterdir())
     # coverage writes files, too
     environment = {name: value for name, value in os.environ.items() if not name.startswith("COVERAGE_")}
-    command = [sys.executable, "-c", code]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
-    assert done.returncode == 1
-    assert done.stderr.startswith(f"specsmooth: {target}: cannot be written: ")
-    assert done.stderr.count("\n") == 1
-    assert target.read_bytes() == b"as it was"
-    assert sorted(file.name for file in tmp_path.iterdir()) == ["in.ply", target.name]
+    command = [sys.executable, "-c", FULL_DISK, json.dumps(cases)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, env=environment)
+    told = [json.loads(line) for line in done.stdout.splitlines()]
+    assert len(told) == len(cases)
+    for (_, target, _), (code, problem) in zip(cases, told, strict=True):
+        assert code == 1
+        assert problem.startswith(f"specsmooth: {target}: cannot be written: ")
+        assert problem.count("\n") == 1
+        assert Path(target).read_bytes() == b"as it was"
+    assert sorted(tmp_path.iterdir()) == before
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="places of Linux")

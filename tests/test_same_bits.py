@@ -20,11 +20,11 @@ from tests.meshes import rough, torus
 
 blocks._WORTH_A_THREAD = 1  # so that threads share the work on a mesh of this size, as they do on large ones
 assert blocks.threads() == processors
-V, F = rough(torus(150, 120))
-assert blocks.count(len(V)) > 2
+V, F = rough(torus(96, 90))
+assert blocks.count(len(V)) == 2
 results = {"smooth": mss.smooth(V, F), "denoise": mss.denoise(V, F)}
 if extra == "with":  # without it BLAS's own threads show in the exact method's bits
-    results["exact"] = mss.smooth(V, F, modes=20, method="exact", barycenter_weight=1.0)
+    results["exact"] = mss.smooth(V, F, modes=9, method="exact", barycenter_weight=1.0)
 for name, result in results.items():
     print(name, hashlib.sha256(result.vertices.tobytes()).hexdigest())
 """
