@@ -17,16 +17,21 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="processes are c
 MAIN = """
 import ctypes, os, signal, sys, time
 from pathlib import Path
+import pymeshlab
+from meshlab_specsmooth import memory
 from meshlab_specsmooth.bridge import files
 from meshlab_specsmooth.cli import main
+
+memory.available = lambda: 2**28
 
 def end(*_):
     {how}
 
-if {where!r} == "read":
-    files._load = end
-else:
-    files._lay_textures = end
+owner, name = {{
+    "read": (pymeshlab.MeshSet, "load_new_mesh"),
+    "written": (files, "_lay_textures"),
+}}[{where!r}]
+setattr(owner, name, end)
 sys.exit(main())
 """
 SCRIPT = '<FilterScript><filter name="Spectral Smooth"/></FilterScript>'
@@ -71,11 +76,7 @@ def test_a_file_that_kills_the_process_is_one_line_and_leaves_the_target(folder,
 
 
 def test_a_reader_that_takes_all_memory_is_one_line(folder):
-    how = """
-    from meshlab_specsmooth import memory
-    with memory.limited(2**28):
-        held = [bytes(2**20) for _ in range(2**20)]"""
-    process = start(folder, how, "read", "smooth", "scan.ply", "out.ply")
+    process = start(folder, "held = [bytes(2**20) for _ in range(2**12)]", "read", "smooth", "scan.ply", "out.ply")
     _, problem = process.communicate()
     assert (process.returncode, problem) == (1, "specsmooth: scan.ply: cannot be read: memory ran out\n")
 
