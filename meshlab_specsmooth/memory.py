@@ -1,9 +1,12 @@
-"""What memory there is, to refuse work that would not fit before it starts."""
+"""What memory there is: to refuse work that would not fit before it starts, and end what takes more than there is."""
 
 from __future__ import annotations
 
+import contextlib
 import os
 import re
+import threading
+from collections.abc import Iterator
 from pathlib import Path
 
 from meshlab_specsmooth.errors import TooLarge
@@ -54,6 +57,47 @@ def require(needed: int, what: str) -> None:
             f"{what} needs {needed / 2**30:.1f} GiB of memory, and {free / 2**30:.1f} GiB are available; close other "
             "programs, take a machine (or a container's limit) with more, or decimate or split the mesh first"
         )
+
+
+@contextlib.contextmanager
+def limited(more: int) -> Iterator[None]:
+    """Inside, this process may take so many bytes more than it has, where the system can see to it (Linux).
+
+    What takes more gets a MemoryError, as C++ is refused it, too. A limit that is lower already stays. The limit is
+    the process's, so that it is set in the main thread alone, where one can only lie inside of another.
+
+    Parameters
+    ----------
+    more : int
+
+    Examples
+    --------
+    >>> from meshlab_specsmooth.memory import limited
+    >>> with limited(2**20):
+    ...     pass
+    """
+    held = _data_bytes()
+    if held is None or threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    import resource  # POSIX's alone
+
+    before, hard = resource.getrlimit(resource.RLIMIT_DATA)
+    wanted = min(held + more, *(limit for limit in (before, hard) if limit != resource.RLIM_INFINITY), 2**62)
+    resource.setrlimit(resource.RLIMIT_DATA, (wanted, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_DATA, (before, hard))
+
+
+def _data_bytes() -> int | None:
+    """What Linux counts against RLIMIT_DATA; None elsewhere."""
+    try:
+        pages = int((_PROC / "self" / "statm").read_text(encoding="ascii").split()[5])
+    except (OSError, IndexError, ValueError):
+        return None
+    return pages * os.sysconf("SC_PAGE_SIZE")
 
 
 def _of_machine() -> int:

@@ -17,7 +17,8 @@ CHECKS = {
     "lint": ["ruff", "check", "."],
     "format": ["ruff", "format", "--check", "."],
     "types": ["mypy"],
-    "tests": ["pytest", "--cov", "--cov-report=term-missing"],
+    # one process a processor; those that run dry take over from the others
+    "tests": ["pytest", "-n", "auto", "--dist", "worksteal", "--cov", "--cov-report=term-missing"],
 }
 
 

@@ -34,6 +34,20 @@ def run(*arguments):
     return done.returncode, done.stdout, done.stderr
 
 
+@pytest.fixture
+def run_here(capfd):
+    """The same without the shell, as a process takes seconds to start."""
+
+    def run_here(*arguments):
+        try:
+            code = main([str(argument) for argument in arguments])
+        except SystemExit as ended:  # of the parser
+            code = ended.code
+        return code, *capfd.readouterr()
+
+    return run_here
+
+
 def test_smooth_reads_smooths_and_writes(scan, tmp_path, capsys):
     out = tmp_path / "out.obj"
     assert main(["smooth", str(scan), str(out), "--modes", "31", "--barycenter-weight", "0.5"]) == 0
@@ -94,10 +108,10 @@ def test_input_and_output_may_be_the_same_file(scan):
         (["fly"], 2, "invalid choice: 'fly'"),
     ],
 )
-def test_errors_are_one_line_and_an_exit_code(scan, tmp_path, arguments, code, words):
+def test_errors_are_one_line_and_an_exit_code(scan, tmp_path, run_here, arguments, code, words):
     places = {"SCAN": scan, "OUT": tmp_path / "o.ply", "FOLDER": tmp_path, "NOWHERE": tmp_path / "no.ply"}
     places["OUT.xyzzy"] = tmp_path / "o.xyzzy"
-    got, out, err = run(*(places.get(a, a) for a in arguments))
+    got, out, err = run_here(*(places.get(a, a) for a in arguments))
     assert (got, out) == (code, "")
     assert words in err.splitlines()[-1]
     assert "Traceback" not in err
@@ -249,7 +263,7 @@ def test_an_interrupt_at_any_moment_leaves_the_old_output_or_the_whole_new_one(t
     files.write(meshset.new(*rough(torus(120, 80))), places["scan.ply"])
     waits = np.random.default_rng(3)
     usual, codes = 0.0, []
-    for trial in range(21):
+    for trial in range(13):
         out = places["expected.ply"] if trial == 0 else folder / "out.ply"
         before = b"what was there" if trial % 2 else None
         out.unlink(missing_ok=True)
@@ -267,8 +281,8 @@ def test_an_interrupt_at_any_moment_leaves_the_old_output_or_the_whole_new_one(t
             took = time.perf_counter() - start
             usual = min(usual, took) if trial > 0 else took
             assert out.read_bytes() == places["expected.ply"].read_bytes()
-            # Python drops an exception that is raised in a destructor, as numba has them; the work goes on then
-            assert problem == "" or problem.startswith("Exception ignored in")
+            # Python drops an exception in a destructor or a callback of C, as numba has them; the work goes on then
+            assert problem == "" or problem.startswith("Exception ignored ")
         else:
             problem = problem[problem.find("specsmooth:") :]
             assert (process.returncode, problem) == (1, "specsmooth: interrupted\n")
@@ -278,16 +292,22 @@ def test_an_interrupt_at_any_moment_leaves_the_old_output_or_the_whole_new_one(t
         assert {file.name for file in folder.iterdir()} <= {"out.ply"}
         assert list(temporary.iterdir()) == []
     assert codes[0] == 0
-    assert codes.count(1) > 5
+    assert codes.count(1) > 2
 
 
-def test_version_and_help():
+def test_the_process_of_a_command_has_its_exit_code_and_streams(scan, tmp_path):
     assert run("--version") == (0, f"specsmooth {mss.__version__}\n", "")
+    nowhere = tmp_path / "no.ply"
+    assert run("smooth", nowhere, tmp_path / "o.ply") == (1, "", f"specsmooth: {nowhere}: no such file\n")
+    assert run("smooth", scan, tmp_path / "o.ply", "--modes", "241")[0] == 2
+
+
+def test_every_command_has_help(run_here):
     for command in ("smooth", "run", "filters", "demo"):
-        code, out, _ = run(command, "--help")
+        code, out, _ = run_here(command, "--help")
         assert code == 0
         assert "examples:" in out
-    _, out, _ = run("smooth", "--help")
+    _, out, _ = run_here("smooth", "--help")
     for parameter in load("apply_coord_spectral_smoothing").parameters:
         assert "--" + parameter.name.replace("_", "-") in out
         assert f"(default: {parameter.shown_default})" in " ".join(out.split())
@@ -339,9 +359,9 @@ def test_the_demo_shows_that_ours_is_ahead_and_keeps_the_volume(tmp_path, capsys
         assert f"ms.{competitor.call}" in table
 
 
-def test_the_demo_says_which_folder_cannot_be_made(tmp_path):
+def test_the_demo_says_which_folder_cannot_be_made(tmp_path, run_here):
     (tmp_path / "file").write_text("")
-    code, out, err = run("demo", "--out", tmp_path / "file" / "sub")
+    code, out, err = run_here("demo", "--out", tmp_path / "file" / "sub")
     assert (code, out) == (1, "")
     assert err == f"specsmooth: {tmp_path / 'file' / 'sub'}: cannot be made: Not a directory\n"
 
@@ -425,10 +445,10 @@ def test_an_empty_script_says_that_it_did_nothing(scan, tmp_path, capsys):
         ),
     ],
 )
-def test_a_bad_script_is_one_line_and_writes_nothing(scan, tmp_path, text, words):
+def test_a_bad_script_is_one_line_and_writes_nothing(scan, tmp_path, run_here, text, words):
     if text is not None:
         (tmp_path / "s.mlx").write_text(text)
-    code, out, err = run("run", tmp_path / "s.mlx", scan, tmp_path / "o.ply")
+    code, out, err = run_here("run", tmp_path / "s.mlx", scan, tmp_path / "o.ply")
     assert (code, out, err.count("\n")) == (1, "", 1)
     assert words in err
     assert not (tmp_path / "o.ply").exists()

@@ -1,5 +1,6 @@
 """Files from strangers: one line and an exit code, the target untouched, and never a hang, a crash or all memory."""
 
+import json
 import os
 import resource
 import shutil
@@ -12,9 +13,12 @@ import numpy as np
 import pytest
 
 import meshlab_specsmooth as mss
+from meshlab_specsmooth import reconstruction
+from meshlab_specsmooth.batch import work
+from meshlab_specsmooth.batch.work import Job
 from meshlab_specsmooth.bridge import files, headers, meshset
 from meshlab_specsmooth.cli import main
-from tests.meshes import torus
+from tests.meshes import rough, torus
 
 CORNERS = struct.pack("<9f", 0, 0, 0, 1, 0, 0, 0, 1, 0)
 FACE = struct.pack("<B3i", 3, 0, 1, 2)
@@ -142,6 +146,35 @@ def test_a_file_that_is_odd_but_a_mesh_is_smoothed(tmp_path, name):
     assert np.isfinite(meshset.pull(files.read(tmp_path / "out.obj"))[0]).all()
 
 
+POLYGONS = {
+    "a triangle upon a quadrilateral": [[0, 1, 2, 3], [0, 2, 3]],
+    "a crossed quadrilateral upon another": [[0, 1, 2, 3], [0, 2, 1, 3]],
+    "repeated corners": [[0, 1, 2, 3], [0, 1, 1, 2, 3]],
+    "twice around": [[0, 1, 2, 3, 0, 1, 2, 3]],
+}
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="memory is limited as Linux does it")
+@pytest.mark.parametrize("ending", ["obj", "off"])
+@pytest.mark.parametrize("name", POLYGONS)
+def test_polygons_that_pymeshlab_writes_without_end_are_an_error_with_a_remedy(tmp_path, capfd, name, ending):
+    source, target = tmp_path / "polygons.ply", tmp_path / f"out.{ending}"
+    rows = [" ".join(map(str, [len(corners), *corners])) for corners in POLYGONS[name]]
+    body = "\n".join(["0 0 0", "1 0 0", "1 1 0", "0 1 0", *rows, ""]).encode()
+    source.write_bytes(ply(4, len(rows), body, "ascii"))
+    target.write_bytes(b"as it was")
+    assert main(["smooth", str(source), str(target)]) == 1
+    problem = capfd.readouterr().err
+    assert problem.startswith(f"specsmooth: {target}: cannot be written: memory ran out")
+    assert problem.count("\n") == 1
+    assert target.read_bytes() == b"as it was"
+    assert main(["smooth", str(source), str(tmp_path / "out.ply")]) == 0
+    ms = files.read(source)
+    ms.meshing_poly_to_tri()  # as the error says
+    files.write(ms, target)
+    assert files.read(target).current_mesh().face_number() == len(meshset.pull(ms)[1])
+
+
 @pytest.mark.parametrize("ending", ["ply", "stl", "off"])
 def test_what_pymeshlab_writes_promises_no_more_than_it_holds(tmp_path, ending):
     path = tmp_path / f"mesh.{ending}"
@@ -172,32 +205,72 @@ def test_strange_names_are_names(tmp_path, name):
     assert main(["smooth", str(source), str(target)]) == 1
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="limits of POSIX")
-@pytest.mark.parametrize("ending", ["ply", "obj", "stl", "off", "dae", "wrl"])
-@pytest.mark.parametrize("share", [0.5, 0.999])
-def test_a_full_disk_leaves_the_old_file(tmp_path, ending, share):
-    """Stood in for by a limit on the size of files: what is written beyond it is refused as it is there."""
-    source, target = tmp_path / "in.ply", tmp_path / f"out.{ending}"
-    files.write(meshset.new(*torus(40, 24)), source)
-    assert main(["smooth", str(source), str(target)]) == 0
-    most = int(target.stat().st_size * share)
-    target.write_bytes(b"as it was")
-    code = f"""
-import resource, signal, sys
+# the command line with a limit on the size of files, at which writing is refused as on a full disk
+FULL_DISK = """
+import contextlib, io, json, resource, signal, sys
 from meshlab_specsmooth.cli import main
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-resource.setrlimit(resource.RLIMIT_FSIZE, ({most}, resource.RLIM_INFINITY))
-sys.exit(main(["smooth", {str(source)!r}, {str(target)!r}]))
+for source, target, most in json.loads(sys.argv[1]):
+    resource.setrlimit(resource.RLIMIT_FSIZE, (most, resource.RLIM_INFINITY))
+    with contextlib.redirect_stderr(io.StringIO()) as problem:
+        code = main(["smooth", source, target])
+    print(json.dumps([code, problem.getvalue()]))
 """
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="limits of POSIX")
+def test_a_full_disk_leaves_the_old_file(tmp_path):
+    source = tmp_path / "in.ply"
+    files.write(meshset.new(*torus(40, 24)), source)
+    cases = []
+    for ending in ("ply", "obj", "stl", "off", "dae", "wrl"):
+        target = tmp_path / f"out.{ending}"
+        assert main(["smooth", str(source), str(target)]) == 0
+        cases += [(str(source), str(target), int(target.stat().st_size * share)) for share in (0.5, 0.999)]
+        target.write_bytes(b"as it was")
+    before = sorted(tmp_path.iterdir())
     # coverage writes files, too
     environment = {name: value for name, value in os.environ.items() if not name.startswith("COVERAGE_")}
-    command = [sys.executable, "-c", code]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
-    assert done.returncode == 1
-    assert done.stderr.startswith(f"specsmooth: {target}: cannot be written: ")
-    assert done.stderr.count("\n") == 1
+    command = [sys.executable, "-c", FULL_DISK, json.dumps(cases)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, env=environment)
+    told = [json.loads(line) for line in done.stdout.splitlines()]
+    assert len(told) == len(cases)
+    for (_, target, _), (code, problem) in zip(cases, told, strict=True):
+        assert code == 1
+        assert problem.startswith(f"specsmooth: {target}: cannot be written: ")
+        assert problem.count("\n") == 1
+        assert Path(target).read_bytes() == b"as it was"
+    assert sorted(tmp_path.iterdir()) == before
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="places of Linux")
+@pytest.mark.parametrize("place", ["/proc", "/sys"])
+def test_a_place_where_nobody_may_write_is_one_line(tmp_path, capfd, place):
+    """Read-only for root as well, who may write into folders that say otherwise."""
+    source = tmp_path / "in.ply"
+    files.write(meshset.new(*torus(8, 6)), source)
+    assert main(["smooth", str(source), f"{place}/out.ply"]) == 1
+    printed = capfd.readouterr()
+    assert printed.err.startswith(f"specsmooth: {place}/out.ply: ")
+    assert printed.err.count("\n") == 1
+    assert list(tmp_path.iterdir()) == [source]
+
+
+def test_a_solve_that_does_not_converge_is_one_line_and_leaves_the_target(tmp_path, capfd, monkeypatch):
+    source, target = tmp_path / "in.ply", tmp_path / "out.ply"
+    files.write(meshset.new(*rough(torus(40, 24))), source)
+    target.write_bytes(b"as it was")
+    monkeypatch.setattr(reconstruction, "MOST_ITERATIONS", 3)
+    assert main(["smooth", str(source), str(target), "--barycenter-weight", "0.01"]) == 1
+    printed = capfd.readouterr()
+    assert printed.err.startswith("specsmooth: the least-squares solve stands at a relative residual of ")
+    assert printed.err.count("\n") == 1
     assert target.read_bytes() == b"as it was"
-    assert sorted(file.name for file in tmp_path.iterdir()) == ["in.ply", target.name]
+    job = Job(str(source), str(target), "apply_coord_spectral_smoothing", {"barycenter_weight": 0.01})
+    outcome = work.run(job)
+    assert outcome.status == "failed"
+    assert outcome.reason.startswith("the least-squares solve stands at")
+    assert target.read_bytes() == b"as it was"
 
 
 def test_a_batch_of_strangers_is_a_line_each(tmp_path):

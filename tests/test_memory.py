@@ -1,7 +1,10 @@
 """Memory is known before it is taken."""
 
 import os
+import sys
+import threading
 
+import numpy as np
 import pytest
 
 import meshlab_specsmooth as mss
@@ -116,3 +119,37 @@ def test_what_does_not_fit_is_refused_with_both_sizes_and_the_remedy(machine):
 
 def test_the_real_machine_has_some():
     assert 2**20 < memory.available() < 2**63
+
+
+linux = pytest.mark.skipif(sys.platform != "linux", reason="Linux sees to it")
+
+
+@linux
+def test_what_takes_more_than_its_share_fails_and_the_next_has_all_again():
+    with memory.limited(2**28):
+        assert len(bytes(2**26)) == 2**26
+        with pytest.raises(MemoryError):
+            np.ones(2**29, dtype=np.uint8)
+        with memory.limited(2**40), pytest.raises(MemoryError):  # a lower limit stays
+            np.ones(2**29, dtype=np.uint8)
+    assert np.ones(2**29, dtype=np.uint8).all()
+
+
+@linux
+def test_a_thread_sets_no_limit_for_the_others():
+    import resource
+
+    def look():
+        with memory.limited(2**20):
+            seen.append(resource.getrlimit(resource.RLIMIT_DATA))
+
+    seen = []
+    thread = threading.Thread(target=look)
+    thread.start()
+    thread.join()
+    assert seen == [resource.getrlimit(resource.RLIMIT_DATA)]
+
+
+def test_where_the_system_cannot_see_to_it_there_is_no_limit(machine):
+    with memory.limited(2**20):  # this machine has no /proc/self/statm
+        assert len(bytes(2**26)) == 2**26

@@ -5,25 +5,30 @@ from __future__ import annotations
 from collections.abc import Generator, Iterator, Sequence
 from typing import Any
 
-from meshlab_specsmooth.batch.work import CRASHED, FAILED, Job, Outcome, failure, run
+from meshlab_specsmooth import memory
+from meshlab_specsmooth.batch.local import Worker, bytes_allowed, check_time_limit
+from meshlab_specsmooth.batch.work import CRASHED, FAILED, Job, Outcome, failure
 from meshlab_specsmooth.errors import ClusterError, MissingExtra
 
 
-def outcomes(jobs: Sequence[tuple[Job, int]], scheduler: str) -> Generator[Outcome]:
+def outcomes(jobs: Sequence[tuple[Job, int]], scheduler: str, time_limit: float) -> Generator[Outcome]:
     """Do jobs on a cluster, each given with the size of its file, the largest first; the outcomes as they come.
 
-    The package must be installed on its workers, and the files be there under the same names. Where a worker dies, Dask
-    gives what it was at to others; what has outlived too many workers (``distributed.scheduler.allowed-failures``) is
-    tried once more when the rest is done, by itself: then it is known whose fault it was. Closing the iterator cancels
-    what is not done.
+    The package must be installed on its workers, and the files be there under the same names. Each job has a process
+    of its own there, with limits of memory and time as on this machine. Where a worker dies, Dask gives what it was at
+    to others; what has outlived too many workers (``distributed.scheduler.allowed-failures``) is tried once more when
+    the rest is done, by itself: then it is known whose fault it was. Closing the iterator cancels what is not done.
 
     Raises
     ------
+    InvalidParameter
+        At once: ``time_limit`` is not positive.
     MissingExtra
         At once.
     ClusterError
         There is no scheduler at that address, or it is lost.
     """
+    check_time_limit(time_limit)
     try:
         import distributed
     except ImportError as error:
@@ -32,37 +37,55 @@ def outcomes(jobs: Sequence[tuple[Job, int]], scheduler: str) -> Generator[Outco
         client = distributed.Client(scheduler, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
         raise ClusterError(f"{scheduler}: there is no Dask scheduler ({error})") from error
-    return _outcomes(client, [job for job, _ in sorted(jobs, key=lambda pair: -pair[1])])
+    return _outcomes(client, sorted(jobs, key=lambda pair: -pair[1]), time_limit)
 
 
-def _outcomes(client: Any, jobs: Sequence[Job]) -> Generator[Outcome]:
+def run_there(job: Job, size: int, time_limit: float) -> Outcome:
+    """Do a job on a worker of the cluster, in a process that may die."""
+    from distributed import get_worker
+
+    worker = Worker()
+    try:
+        return worker.do(
+            job, bytes_allowed(job.source, size, memory.available() // get_worker().state.nthreads), time_limit
+        )
+    finally:
+        worker.tell_to_end()
+        worker.end()
+
+
+def _outcomes(client: Any, jobs: Sequence[tuple[Job, int]], time_limit: float) -> Generator[Outcome]:
     with client:
-        suspects: list[Job] = []
-        for job, outcome in _done(client, jobs):
-            if outcome.status == CRASHED:
-                suspects.append(job)
+        suspects: list[tuple[Job, int]] = []
+        for given, outcome in _done(client, jobs, time_limit):
+            if outcome is None:
+                suspects.append(given)
             else:
                 yield outcome
         for suspect in suspects:
-            yield from (outcome for _, outcome in _done(client, [suspect]))
+            for (job, _), outcome in _done(client, [suspect], time_limit):
+                yield outcome or failure(job, CRASHED, "every Dask worker that had it died")
 
 
-def _done(client: Any, jobs: Sequence[Job]) -> Iterator[tuple[Job, Outcome]]:
+def _done(
+    client: Any, jobs: Sequence[tuple[Job, int]], time_limit: float
+) -> Iterator[tuple[tuple[Job, int], Outcome | None]]:
+    """Jobs with their outcomes; None where too many workers died that had it."""
     from distributed import KilledWorker, as_completed
 
-    owners = {client.submit(run, job, pure=False): job for job in jobs}
+    owners = {client.submit(run_there, *job, time_limit, pure=False): job for job in jobs}
     try:
         for future in as_completed(list(owners), loop=client.loop):
-            job = owners[future]
+            given = owners[future]
             error = future.exception() if future.status == "error" else None
             if future.status not in ("finished", "error"):
                 raise ClusterError(f"{client.scheduler.address}: the scheduler is lost; what is done is recorded")
             if error is None:
-                yield job, future.result()
+                yield given, future.result()
             elif isinstance(error, KilledWorker):
-                yield job, failure(job, CRASHED, "every worker that read or smoothed it died")
+                yield given, None
             else:
-                yield job, failure(job, FAILED, f"{type(error).__name__}: {error}")
+                yield given, failure(given[0], FAILED, f"{type(error).__name__}: {error}")
             future.release()
     finally:
         client.cancel([future for future in owners if not future.done()])

@@ -49,6 +49,25 @@ def bytes_needed(path: str, size: int) -> int:
     return _BASE + size * (_COMPRESSED_FACTOR if Path(path).suffix.lower() in _COMPRESSED else _FACTOR)
 
 
+def bytes_allowed(path: str, size: int, share: int) -> int:
+    """What a mesh file may take: more than the estimate, where the process's share of the memory allows it.
+
+    Examples
+    --------
+    >>> from meshlab_specsmooth.batch.local import bytes_allowed, bytes_needed
+    >>> bytes_allowed("a.ply", 10**6, 10**9) == 10**9 > bytes_needed("a.ply", 10**6) == bytes_allowed("a.ply", 10**6, 0)
+    True
+    """
+    needed = bytes_needed(path, size)
+    return max(needed, min(_LENIENCE * needed, share))
+
+
+def check_time_limit(time_limit: float) -> None:
+    """Refuse a limit that is none; raises :class:`InvalidParameter`."""
+    if not time_limit > 0:
+        raise InvalidParameter(f"time_limit is {time_limit}; it must be positive")
+
+
 def outcomes(jobs: Sequence[tuple[Job, int]], workers: int | None, time_limit: float) -> Generator[Outcome]:
     """Do jobs, each given with the size of its file, the largest first; the outcomes as they come.
 
@@ -72,17 +91,17 @@ def outcomes(jobs: Sequence[tuple[Job, int]], workers: int | None, time_limit: f
     most = _processors() if workers is None else workers
     if most < 1:
         raise InvalidParameter(f"workers is {workers}; it must be at least 1")
-    if not time_limit > 0:
-        raise InvalidParameter(f"time_limit is {time_limit}; it must be positive")
-    return _outcomes(jobs, min(most, len(jobs)), min(time_limit, threading.TIMEOUT_MAX))
+    check_time_limit(time_limit)
+    return _outcomes(jobs, min(most, len(jobs)), time_limit)
 
 
 def _outcomes(jobs: Sequence[tuple[Job, int]], most: int, time_limit: float) -> Generator[Outcome]:
-    waiting = sorted(((bytes_needed(job.source, size), job) for job, size in jobs), key=lambda pair: -pair[0])
+    sized = ((bytes_needed(job.source, size), job, size) for job, size in jobs)
+    waiting = sorted(sized, key=lambda entry: -entry[0])
     budget = memory.available()
     running: dict[Future[Outcome], int] = {}
-    idle: queue.SimpleQueue[_Worker] = queue.SimpleQueue()
-    crew = [_Worker() for _ in range(most)]
+    idle: queue.SimpleQueue[Worker] = queue.SimpleQueue()
+    crew = [Worker() for _ in range(most)]
     for worker in crew:
         idle.put(worker)
 
@@ -98,12 +117,12 @@ def _outcomes(jobs: Sequence[tuple[Job, int]], most: int, time_limit: float) -> 
             while waiting or running:
                 while len(running) < most:
                     left = budget - sum(running.values())
-                    fitting = next((pair for pair in waiting if pair[0] <= left or not running), None)
+                    fitting = next((entry for entry in waiting if entry[0] <= left or not running), None)
                     if fitting is None:
                         break
                     waiting.remove(fitting)
-                    needed, job = fitting
-                    limit = max(needed, min(_LENIENCE * needed, budget // most))
+                    needed, job, size = fitting
+                    limit = bytes_allowed(job.source, size, budget // most)
                     running[threads.submit(do, job, limit)] = needed
                 for ended in wait(running, return_when=FIRST_COMPLETED).done:
                     del running[ended]
@@ -116,7 +135,7 @@ def _outcomes(jobs: Sequence[tuple[Job, int]], most: int, time_limit: float) -> 
                     worker.end()
 
 
-class _Worker:
+class Worker:
     """A process that does one job after the other; started when there is one, and anew when it died."""
 
     def __init__(self) -> None:
@@ -132,7 +151,7 @@ class _Worker:
                 process.stdin.write(json.dumps({"job": asdict(job), "bytes": limit}).encode() + b"\n")
                 process.stdin.flush()
             is_late = threading.Event()
-            clock = threading.Timer(time_limit, _give_up, (process, is_late))
+            clock = threading.Timer(min(time_limit, threading.TIMEOUT_MAX), _give_up, (process, is_late))
             clock.start()
             answer = process.stdout.readline()
             clock.cancel()

@@ -63,7 +63,7 @@ def batch(
     workers : int, optional
         How many processes of this machine at most; fewer run where the memory would not suffice.
     time_limit : float
-        Seconds that a process of this machine may take for a mesh; then it is killed, and the mesh has crashed.
+        Seconds that a process may take for a mesh; then it is killed, and the mesh has crashed.
     resume : bool
         Skip what is done; else do it again.
     ending : str, optional
@@ -112,7 +112,11 @@ def batch(
     for place in sorted({str(folder), *(os.path.dirname(source.output) for source in found)}):  # noqa: PTH120
         _make(Path(place))
     jobs = [(Job(source.path, source.output, filter_name, given, resume), source.size) for source in found]
-    coming = local.outcomes(jobs, workers, time_limit) if scheduler is None else cluster.outcomes(jobs, scheduler)
+    coming = (
+        local.outcomes(jobs, workers, time_limit)
+        if scheduler is None
+        else cluster.outcomes(jobs, scheduler, time_limit)
+    )
     known: dict[str, Outcome] = {}
 
     def summary(pictured: Sequence[str]) -> BatchSummary:

@@ -14,10 +14,10 @@ import sys
 import threading
 from collections.abc import Callable
 from dataclasses import asdict
-from pathlib import Path
 from types import FrameType
 from typing import Any, BinaryIO
 
+from meshlab_specsmooth import memory
 from meshlab_specsmooth.batch.work import Job, Outcome, run
 
 
@@ -30,7 +30,7 @@ def serve(work: Callable[[Job], Outcome] = run) -> None:
     jobs: queue.SimpleQueue[dict[str, Any] | None] = queue.SimpleQueue()
     threading.Thread(target=_listen, args=(sys.stdin.buffer, jobs), daemon=True).start()
     while (message := jobs.get()) is not None:
-        with _at_most(message["bytes"]):
+        with memory.limited(message["bytes"]):
             outcome = work(Job(**message["job"]))
         answers.write(json.dumps(asdict(outcome)).encode() + b"\n")
         answers.flush()
@@ -45,37 +45,3 @@ def _listen(stream: BinaryIO, jobs: queue.SimpleQueue[dict[str, Any] | None]) ->
 
 def _end(number: int, frame: FrameType | None) -> None:
     raise SystemExit(128 + number)
-
-
-class _at_most:  # noqa: N801 (used as a function is)
-    """Inside, so many bytes more than now may be taken, where the system can see to it; MemoryError else."""
-
-    def __init__(self, more: int) -> None:
-        self._more = more
-
-    def __enter__(self) -> None:
-        held = _data_bytes()
-        if held is not None:
-            self._limit(held + self._more)
-
-    def __exit__(self, *_: object) -> None:
-        if _data_bytes() is not None:
-            self._limit(None)
-
-    @staticmethod
-    def _limit(most: int | None) -> None:
-        import resource
-
-        _, hard = resource.getrlimit(resource.RLIMIT_DATA)
-        wanted = resource.RLIM_INFINITY if most is None else most
-        soft = hard if hard != resource.RLIM_INFINITY and (most is None or most > hard) else wanted
-        resource.setrlimit(resource.RLIMIT_DATA, (soft, hard))
-
-
-def _data_bytes() -> int | None:
-    """What Linux counts against RLIMIT_DATA; None elsewhere."""
-    try:
-        pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[5])
-    except (OSError, IndexError, ValueError):
-        return None
-    return pages * os.sysconf("SC_PAGE_SIZE")

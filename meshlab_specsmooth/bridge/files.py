@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 import pymeshlab
 
+from meshlab_specsmooth import memory
 from meshlab_specsmooth.bridge import headers
 from meshlab_specsmooth.bridge.interrupts import Hold
 from meshlab_specsmooth.bridge.textures import is_inside, material_names, texture_names
@@ -23,6 +24,10 @@ from meshlab_specsmooth.errors import FileError
 
 # bytes that must be left where a mesh was written: a writer's last buffer
 _ROOM = 2**16
+# formats that have polygons: pymeshlab puts them together from triangles, and where more than two of these meet inside
+# of one it goes around without end, and remembers each step; what it may remember is more than any sound mesh needs
+_POLYGONAL = {".obj", ".off"}
+_WALK, _WALK_EACH = 2**28, 2**10
 # formats that name no texture
 _UNTEXTURED = {".stl", ".off", ".xyz", ".dxf"}
 # what pymeshlab calls, and puts in place of, every texture that it cannot read; the texture's own name is lost
@@ -62,8 +67,10 @@ def read(path: str | os.PathLike[str]) -> pymeshlab.MeshSet:
 
 
 def _load(path: Path) -> pymeshlab.MeshSet:
+    """Read a file with no more memory than there is: a reader that grows without end ends, and not the machine."""
     ms = pymeshlab.MeshSet()
-    ms.load_new_mesh(str(path))
+    with Hold(), memory.limited(memory.available()):
+        ms.load_new_mesh(str(path))
     return ms
 
 
@@ -118,7 +125,19 @@ def write(ms: pymeshlab.MeshSet, path: str | os.PathLike[str], source: str | os.
 
 def _save(ms: pymeshlab.MeshSet, path: Path) -> None:
     """Save the current mesh without its textures, in an empty folder."""
-    ms.save_current_mesh(str(path), save_textures=False)
+    mesh = ms.current_mesh()
+    walks = path.suffix.lower() in _POLYGONAL
+    most = _WALK + _WALK_EACH * (mesh.vertex_number() + mesh.face_number()) if walks else memory.available()
+    try:
+        with memory.limited(most):
+            ms.save_current_mesh(str(path), save_textures=False)
+    except MemoryError as error:
+        if not walks:
+            raise
+        raise pymeshlab.PyMeshLabException(
+            "memory ran out, as it does where a polygon lies upon another face or has a corner twice, and pymeshlab "
+            "goes around it without end; write .ply, or make triangles of all polygons first (meshing_poly_to_tri)"
+        ) from error
     if not path.is_file():  # .u3d: it is said to be written, and is not
         raise pymeshlab.PyMeshLabException(f"pymeshlab writes no {path.suffix} file")
     _check_room_left(path)

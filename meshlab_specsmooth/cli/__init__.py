@@ -12,8 +12,10 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from types import FrameType
 
+from meshlab_specsmooth.bridge.files import sweep
 from meshlab_specsmooth.bridge.parameters import PyMeshLabException
 from meshlab_specsmooth.cli import batch, compare, demo, denoise, filters, run, smooth, spectrum, tune
+from meshlab_specsmooth.cli.supervised import Crashed, in_a_copy
 from meshlab_specsmooth.errors import InvalidParameter, SpecsmoothError
 from meshlab_specsmooth.version import VERSION
 
@@ -40,7 +42,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _complain("standard output is closed", FAILED)
     try:
         with _signals_end_it():
-            _run(arguments)
+            return _run(arguments)
     except InvalidParameter as error:
         return _complain(error, USAGE)
     except (PyMeshLabException, SpecsmoothError) as error:
@@ -56,17 +58,31 @@ def main(arguments: Sequence[str] | None = None) -> int:
             sys.stderr.flush()
             os._exit(code)
         return code
-    return DONE
 
 
-def _run(arguments: Sequence[str] | None) -> None:
+def _run(arguments: Sequence[str] | None) -> int:
     try:
         given = _parser().parse_args(arguments)
+        file = getattr(given, "input", getattr(given, "mesh", None))
+        if arguments is None and file is not None:  # a program of its own, and a file that may end it
+            code = _in_a_copy(file, getattr(given, "output", None))
+            if code is not None:
+                return code
         given.run(given)
+        return DONE
     finally:
         _flush()
         if arguments is None and _may_set_handlers():  # the process ends now; nothing is left to interrupt
             signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _in_a_copy(file: str, output: str | None) -> int | None:
+    try:
+        return in_a_copy(file)
+    except Crashed:
+        if output is not None:
+            sweep(Path(os.path.realpath(output)).parent)  # of what the copy was writing
+        raise
 
 
 def _may_set_handlers() -> bool:

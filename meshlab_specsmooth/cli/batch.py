@@ -52,7 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="SECONDS",
         type=float,
         default=TIME_LIMIT,
-        help=f"for a mesh on this machine, after which it is given up (default: {TIME_LIMIT:g})",
+        help=f"for a mesh, after which it is given up (default: {TIME_LIMIT:g})",
     )
     parser.add_argument("--format", metavar="NAME", help="format of the outputs, as ply (default: that of each input)")
     parser.add_argument(

@@ -1,0 +1,55 @@
+"""A whole call gives the same bits in every process, however many threads and processors it has."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+CALLS = """
+import hashlib, os, sys
+processors, extra = int(sys.argv[1]), sys.argv[2]
+if extra == "without":
+    sys.modules["numba"] = sys.modules["threadpoolctl"] = None
+os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[:processors])
+import meshlab_specsmooth as mss
+from meshlab_specsmooth.graph import blocks
+from tests.meshes import rough, torus
+
+blocks._WORTH_A_THREAD = 1  # so that threads share the work on a mesh of this size, as they do on large ones
+assert blocks.threads() == processors
+V, F = rough(torus(96, 90))
+assert blocks.count(len(V)) == 2
+results = {"smooth": mss.smooth(V, F), "denoise": mss.denoise(V, F)}
+if extra == "with":  # without it BLAS's own threads show in the exact method's bits
+    results["exact"] = mss.smooth(V, F, modes=9, method="exact", barycenter_weight=1.0)
+for name, result in results.items():
+    print(name, hashlib.sha256(result.vertices.tobytes()).hexdigest())
+"""
+
+
+@pytest.mark.skipif(
+    not hasattr(os, "sched_getaffinity") or len(os.sched_getaffinity(0)) < 2, reason="there must be two processors"
+)
+@pytest.mark.parametrize("extra", ["with", "without"])
+def test_the_number_of_threads_does_not_show_in_a_whole_call(extra):
+    """With and without the extra `fast`."""
+
+    def digests(number):
+        names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+        done = subprocess.run(
+            [sys.executable, "-c", CALLS, str(number), extra],
+            cwd=ROOT,
+            env={**os.environ, **dict.fromkeys(names, str(number))},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert done.returncode == 0, done.stderr
+        return done.stdout.splitlines()
+
+    one, two = digests(1), digests(2)
+    assert len(one) == (3 if extra == "with" else 2)
+    assert one == two

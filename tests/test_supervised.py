@@ -1,0 +1,109 @@
+"""A command whose process dies of a file is one line and an exit code, as other failures are."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from meshlab_specsmooth.bridge import files, meshset
+from tests.meshes import rough, torus
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="processes are copied on Linux alone")
+
+# the command line, in whose process reading or writing comes to such an end
+MAIN = """
+import ctypes, os, signal, sys, time
+from pathlib import Path
+import pymeshlab
+from meshlab_specsmooth import memory
+from meshlab_specsmooth.bridge import files
+from meshlab_specsmooth.cli import main
+
+memory.available = lambda: 2**28
+
+def end(*_):
+    {how}
+
+owner, name = {{
+    "read": (pymeshlab.MeshSet, "load_new_mesh"),
+    "written": (files, "_lay_textures"),
+}}[{where!r}]
+setattr(owner, name, end)
+sys.exit(main())
+"""
+SCRIPT = '<FilterScript><filter name="Spectral Smooth"/></FilterScript>'
+
+
+@pytest.fixture
+def folder(tmp_path):
+    files.write(meshset.new(*rough(torus(8, 6))), tmp_path / "scan.ply")
+    (tmp_path / "script.mlx").write_text(SCRIPT)
+    (tmp_path / "out.ply").write_bytes(b"as it was")
+    return tmp_path
+
+
+def start(folder, how, where, *arguments):
+    # what is killed here cannot write down which lines it came to, and may have been at it
+    environment = {name: value for name, value in os.environ.items() if not name.startswith("COVERAGE_")}
+    return subprocess.Popen(
+        [sys.executable, "-c", MAIN.format(how=how, where=where), *arguments],
+        cwd=folder,
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+@pytest.mark.parametrize(
+    ("how", "where", "command", "name"),
+    [
+        ("ctypes.string_at(0)", "read", ["smooth"], "SIGSEGV"),
+        ("os.abort()", "read", ["denoise"], "SIGABRT"),
+        ("os.kill(os.getpid(), signal.SIGKILL)", "written", ["run", "script.mlx"], "SIGKILL"),
+    ],
+)
+def test_a_file_that_kills_the_process_is_one_line_and_leaves_the_target(folder, how, where, command, name):
+    process = start(folder, how, where, *command, "scan.ply", "out.ply")
+    printed, problem = process.communicate()
+    assert (process.returncode, printed) == (1, "")
+    assert problem == f"specsmooth: scan.ply: the process that read, changed or wrote it crashed ({name})\n"
+    assert (folder / "out.ply").read_bytes() == b"as it was"
+    assert {path.name for path in folder.iterdir()} == {"scan.ply", "script.mlx", "out.ply"}
+
+
+def test_a_reader_that_takes_all_memory_is_one_line(folder):
+    process = start(folder, "held = [bytes(2**20) for _ in range(2**12)]", "read", "smooth", "scan.ply", "out.ply")
+    _, problem = process.communicate()
+    assert (process.returncode, problem) == (1, "specsmooth: scan.ply: cannot be read: memory ran out\n")
+
+
+def until(condition, seconds=300.0):
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end, "it never came"
+        time.sleep(0.01)
+
+
+WAITS = "Path('copy').write_text(str(os.getpid())); time.sleep(60)"
+
+
+@pytest.mark.parametrize(
+    ("name", "code"), [("SIGINT", 1), ("SIGTERM", 128 + signal.SIGTERM), ("SIGKILL", -signal.SIGKILL)]
+)
+def test_a_signal_ends_both_processes(folder, name, code):
+    process = start(folder, WAITS, "written", "smooth", "scan.ply", "out.ply")
+    until(lambda: (folder / "copy").is_file() and (folder / "copy").read_text())
+    copy = int((folder / "copy").read_text())
+    assert copy != process.pid
+    process.send_signal(getattr(signal, name))
+    printed, problem = process.communicate()  # at its end neither process is there to write
+    assert (process.returncode, printed) == (code, "")
+    assert problem == ("specsmooth: interrupted\n" if name == "SIGINT" else "")
+    assert (folder / "out.ply").read_bytes() == b"as it was"
+    until(lambda: not files._is_alive(copy))
+    if name != "SIGKILL":
+        assert not list(folder.glob(".specsmooth-*"))
