@@ -4,8 +4,9 @@ import pytest
 from hypothesis import given, settings
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth import edge_aware
 from meshlab_specsmooth.compare.metrics import normal_error, vertex_error, volume_change
+from meshlab_specsmooth.edge_aware import mesh as mesh_of_edges
+from meshlab_specsmooth.edge_aware import pieces
 from meshlab_specsmooth.graph import faces, faces_compiled
 from tests.meshes import flaws, meshes, rough, sheet, torus
 
@@ -200,8 +201,8 @@ def test_any_soup_gives_a_finite_result(mesh):
 
 def test_the_search_runs_on_pieces_of_a_large_mesh(monkeypatch):
     V, F = rough(box(30), 0.2, seed=2)
-    monkeypatch.setattr(edge_aware, "_SEARCHED_FACES", 5_000)
-    monkeypatch.setattr(edge_aware, "_PIECE_FACES", 1_000)
+    monkeypatch.setattr(pieces, "_SEARCHED_FACES", 5_000)
+    monkeypatch.setattr(pieces, "_PIECE_FACES", 1_000)
     result = mss.smooth_edge_aware(V, F)
     assert result.noise.level == pytest.approx(0.2 * mss.surface.mean_edge_length(mss.Surface(*box(30))), rel=0.15)
     assert normal_error(mss.Surface(result.vertices, F), mss.Surface(*box(30))) < 4
@@ -304,8 +305,8 @@ def test_the_solve_solves():
 
 def test_without_the_extra_the_result_is_the_same(monkeypatch):
     with_it = mss.smooth_edge_aware(*NOISY, **FIXED)
-    monkeypatch.setattr(edge_aware, "face_graph", faces.neighbours)
-    monkeypatch.setattr(edge_aware, "face_kernels", faces.ReferenceFaceKernels)
+    monkeypatch.setattr(mesh_of_edges, "face_graph", faces.neighbours)
+    monkeypatch.setattr(mesh_of_edges, "face_kernels", faces.ReferenceFaceKernels)
     without = mss.smooth_edge_aware(*NOISY, **FIXED)
     assert without.kernels == "scipy"
     assert apart(with_it.vertices, without.vertices) < 1e-9 * np.ptp(NOISY[0])

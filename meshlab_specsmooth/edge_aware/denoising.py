@@ -1,0 +1,156 @@
+"""From a surface to the result: units, noise, the choice, the filter, and what is held afterwards."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from meshlab_specsmooth.automatic import drifting, warning_of
+from meshlab_specsmooth.edge_aware.filtering import filtered
+from meshlab_specsmooth.edge_aware.guards import with_volume, without_flips
+from meshlab_specsmooth.edge_aware.mesh import Mesh, built, mean_side, smooth_isotropically, volume_of
+from meshlab_specsmooth.edge_aware.pieces import sample_of
+from meshlab_specsmooth.edge_aware.result import Considered, EdgeAwareResult, Setting
+from meshlab_specsmooth.edge_aware.search import Fixed, Row, estimate_on, guide_weight, searched
+from meshlab_specsmooth.memory import require
+from meshlab_specsmooth.noise import IMPULSE, NONE, measure, normals, nothing, sheet
+from meshlab_specsmooth.spectral.progress import Progress, part
+from meshlab_specsmooth.surface import Floats, Integers, Surface
+
+# Where a call stands when the operators are made, and when the setting is chosen
+_BUILT, _CHOSEN = 0.1, 0.6
+# By so much the noise is taken for higher where normals matter more than positions: what error of position estimates
+# do not see is the short waves, which the normals are made of.
+_FAVORING = {"position": 1.0, "normals": 1.4}
+# What a call takes at its peak, with room to spare: 600 were measured at two million faces with the compiled kernels
+_BYTES_PER_FACE = 900
+# Noise of a millionth of an edge is no more than rounding makes; there is nothing to smooth then.
+_ROUNDING = 1e-6
+# Under impulses most vertices are in place already. What moves the median one so many times as far as drawing the
+# impulses in does has fitted the surface to them: the estimate, which is for normal noise, did not see it.
+_IMPULSES_ASIDE = 2.0
+
+FAVORS = tuple(_FAVORING)
+
+
+def denoised(
+    surface: Surface, favor: str, fixed: Fixed, with_isotropic: bool, progress: Progress | None
+) -> EdgeAwareResult:
+    """The whole of :func:`smooth_edge_aware` and :func:`denoise`."""
+    begin = time.perf_counter()
+    V, F = surface.vertices, surface.faces
+    require(_BYTES_PER_FACE * len(F), f"smoothing {len(F)} faces")
+    h = mean_side(V, F)
+    moving, G = _used(F, len(V))
+    if h == 0 or len(moving) == 0:
+        return _untouched(surface, begin)
+    X = (V[moving] - V[moving].mean(axis=0)) / h
+    mesh = built(X, G, np.ones(len(X), dtype=np.bool_))
+    sample = sample_of(mesh)
+    report = progress or (lambda _: None)
+    report(_BUILT)
+    measured = measure(sheet(sample.V, sample.F))
+    noise = measured.noise
+    level = noise.level * _FAVORING[favor]
+    mesh, sample = (replace(each, drifting=drifting(noise)) for each in (mesh, sample))
+    if noise.level <= _ROUNDING and fixed == Fixed():
+        return _untouched(surface, begin)
+    given = fixed.setting(guide_weight(level))
+    if noise.kind == NONE and fixed == Fixed():
+        rows = [_automatic(mesh, favor).row]
+    elif given is not None:
+        rows = [(given, np.nan)]
+    else:
+        estimate = estimate_on(sample, measured, _FAVORING[favor])
+        rows = searched(estimate, fixed, with_isotropic, part(progress, _BUILT, _CHOSEN - _BUILT))
+    report(_CHOSEN)
+    setting, error = rows[0]
+    smoothed = smooth_isotropically(mesh, X, setting.barycenter_weight)
+    Y = filtered(mesh, X, smoothed, setting, part(progress, _CHOSEN, 1 - _CHOSEN))
+    if noise.kind == IMPULSE and fixed == Fixed():
+        automatic = _automatic(mesh, favor)
+        if _moved_in_the_median(mesh, Y) > _IMPULSES_ASIDE * _moved_in_the_median(mesh, automatic.vertices):
+            rows, smoothed, Y = [automatic.row, *rows], automatic.vertices, automatic.vertices
+            setting, error = automatic.row
+    Y, flips = without_flips(mesh, Y, smoothed)
+    volume = 0.0 if mesh.rim.any() else volume_of(mesh, X)
+    if volume:
+        Y = with_volume(mesh, Y, volume, level)
+    result = V.copy()
+    result[moving] += (Y - X) * h
+    report(1.0)
+    return EdgeAwareResult(
+        vertices=result,
+        noise=noise.scaled(0, h),
+        level=level * h,
+        start=setting.start,
+        strength=setting.strength,
+        range_width=setting.range_width,
+        passes=setting.passes,
+        barycenter_weight=setting.barycenter_weight,
+        error=_root(error) * h,
+        considered=tuple(Considered(each, _root(estimate) * h) for each, estimate in rows),
+        flips=flips,
+        volume_change=100 * (volume_of(mesh, Y) - volume) / abs(volume) if volume else np.nan,
+        displacement=float(np.sqrt(((Y - X) ** 2).sum() / len(V))) * h,
+        kernels=mesh.kernels.name,
+        warning=warning_of(noise),
+        seconds=time.perf_counter() - begin,
+    )
+
+
+def _used(F: Integers, n: int) -> tuple[Integers, Integers]:
+    """The vertices that have an edge, and the faces of those alone, by their numbers among them."""
+    used = np.zeros(n, dtype=np.bool_)
+    used[F[(F[:, 0] != F[:, 1]) | (F[:, 1] != F[:, 2])].ravel()] = True
+    at = np.cumsum(used, dtype=np.int32) - np.int32(1)
+    return np.flatnonzero(used).astype(np.int32), np.ascontiguousarray(at[F[used[F].all(axis=1)]])
+
+
+@dataclass(frozen=True, eq=False)
+class _Automatic:
+    """What the automatic isotropic filter makes of the mesh, and its row in the table."""
+
+    vertices: Floats
+    row: Row
+
+
+def _automatic(mesh: Mesh, favor: str) -> _Automatic:
+    """For a surface without noise worth the name, whatever its edges are like; and for impulses, which it draws in."""
+    smoothed = mesh.isotropic.smooth(favor=favor)
+    setting = Setting("smoothed", 0.0, 0.0, 0, smoothed.barycenter_weight)
+    return _Automatic(smoothed.vertices, (setting, (smoothed.estimated_error or 0.0) ** 2))
+
+
+def _moved_in_the_median(mesh: Mesh, Y: Floats) -> float:
+    """Median distance along the normals of Y from the surface as given."""
+    return float(np.median(np.abs(((Y - mesh.V) * normals(Y, mesh.F)).sum(axis=1))))
+
+
+def _root(squared: float) -> float:
+    """Of an estimate, which may turn out below zero where there is hardly an error."""
+    return float(np.sqrt(max(squared, 0.0)))
+
+
+def _untouched(surface: Surface, begin: float) -> EdgeAwareResult:
+    """For surfaces without an edge of any length, or without noise."""
+    return EdgeAwareResult(
+        vertices=surface.vertices.copy(),
+        noise=nothing(0.0),
+        level=0.0,
+        start="given",
+        strength=0.0,
+        range_width=0.0,
+        passes=0,
+        barycenter_weight=1.0,
+        error=0.0,
+        considered=(),
+        flips=0,
+        volume_change=np.nan,
+        displacement=0.0,
+        kernels="none",
+        warning=None,
+        seconds=time.perf_counter() - begin,
+    )
