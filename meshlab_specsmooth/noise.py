@@ -56,6 +56,12 @@ _FALLS = (6.0, 3.0)
 _MORE_THAN_FIRST, _MORE_THAN_SECOND = 1.1**2, 2.0
 _SHARED_OVER = 8  # steps of the walk
 
+# A surface has normals because its waves get lower faster than shorter: from an octave to the next the amplitude more
+# than doubles (the power of its modes falls faster than 1 / lambda^2). Below what is called noise in the shortest waves
+# neighbours share noise only where, over two octaves, it does not: then the normals are lost in longer ones.
+_GROWTH_OF_SHAPE = 2.0
+_FINER, _COARSER = 2, 4  # the bands between which it is looked at
+
 # Coordinates that are rounded to a lattice take few values, each many times
 _FEWEST_STEPS, _FEWEST_PER_STEP = 8, 4
 
@@ -229,7 +235,7 @@ def measure(on: Sheet) -> Measured:
     kurtosis = float((residual**4).mean()) / square**2 - 3 if square > 0 else 0.0
     outliers = float((np.abs(residual) > 3 * scale).mean())
     white, shared = _parts(on, bands)
-    kind = _kind(level, spread, orders, shared, covariance, on)
+    kind = _kind(level, spread, orders, bands, shared, covariance, on)
     fraction = _SPREAD / np.sqrt(len(residual))
     rounding = _rounding(X)
     expected = float(np.sqrt((guide[on.inner] ** 2 @ rounding**2).mean()))
@@ -394,15 +400,18 @@ def _kind(
     level: float,
     spread: float,
     orders: tuple[float, ...],
+    bands: tuple[float, ...],
     shared: float,
     covariance: Floats,
     on: Sheet,
 ) -> str:
     edge, error = on.mean_edge, _STANDARD_ERRORS / np.sqrt(on.inner.sum())
-    if max(level, spread) < NEGLIGIBLE * edge:
-        return NONE
-    if shared:
+    growing = bands[_COARSER] >= _GROWTH_OF_SHAPE ** (_COARSER - _FINER) * bands[_FINER]
+    is_low = max(level, spread) < NEGLIGIBLE * edge
+    if shared and not (is_low and growing):
         return CORRELATED
+    if is_low:
+        return NONE
     if orders[3] > (_RISE_OF_IMPULSES + error) * orders[1]:
         return IMPULSE
     eigenvalues = np.linalg.eigvalsh(covariance)
