@@ -61,19 +61,20 @@ def denoised(
     if noise.kind == NONE and fixed == Fixed():
         rows = [_automatic(mesh, favor).row]
     elif given is not None:
-        rows = [(given, np.nan)]
+        rows = [Row(given, np.nan)]
     else:
         estimate = estimate_on(sample, measured, _FAVORING[favor])
-        rows = searched(estimate, fixed, with_isotropic, part(progress, _BUILT, _CHOSEN - _BUILT))
+        alike = favor == "position"
+        rows = searched(estimate, fixed, with_isotropic, alike, part(progress, _BUILT, _CHOSEN - _BUILT))
     report(_CHOSEN)
-    setting, error = rows[0]
+    setting, error = rows[0].setting, rows[0].error
     smoothed = smooth_isotropically(mesh, X, setting.barycenter_weight)
     Y = filtered(mesh, X, smoothed, setting, part(progress, _CHOSEN, 1 - _CHOSEN))
     if noise.kind == IMPULSE and fixed == Fixed():
         automatic = _automatic(mesh, favor)
         if _moved_in_the_median(mesh, Y) > _IMPULSES_ASIDE * _moved_in_the_median(mesh, automatic.vertices):
             rows, smoothed, Y = [automatic.row, *rows], automatic.vertices, automatic.vertices
-            setting, error = automatic.row
+            setting, error = automatic.row.setting, automatic.row.error
     Y, flips = without_flips(mesh, Y, smoothed)
     volume = 0.0 if mesh.rim.any() else volume_of(mesh, X)
     if volume:
@@ -91,7 +92,7 @@ def denoised(
         passes=setting.passes,
         barycenter_weight=setting.barycenter_weight,
         error=_root(error) * h,
-        considered=tuple(Considered(each, _root(estimate) * h) for each, estimate in rows),
+        considered=tuple(Considered(row.setting, _root(row.error) * h) for row in rows),
         flips=flips,
         volume_change=100 * (volume_of(mesh, Y) - volume) / abs(volume) if volume else np.nan,
         displacement=float(np.sqrt(((Y - X) ** 2).sum() / len(V))) * h,
@@ -121,7 +122,7 @@ def _automatic(mesh: Mesh, favor: str) -> _Automatic:
     """For a surface without noise worth the name, whatever its edges are like; and for impulses, which it draws in."""
     smoothed = mesh.isotropic.smooth(favor=favor)
     setting = Setting("smoothed", 0.0, 0.0, 0, smoothed.barycenter_weight)
-    return _Automatic(smoothed.vertices, (setting, (smoothed.estimated_error or 0.0) ** 2))
+    return _Automatic(smoothed.vertices, Row(setting, (smoothed.estimated_error or 0.0) ** 2))
 
 
 def _moved_in_the_median(mesh: Mesh, Y: Floats) -> float:

@@ -43,8 +43,23 @@ _STRENGTHS = (0.02, 8.0)
 # Normals of neighbours are 0.14 apart on a surface that turns by 8 degrees an edge; 1 is 60 degrees.
 _RANGE_WIDTHS = (0.14, 1.0)
 
-Row = tuple[Setting, float]  # and its estimated mean squared error along the normals, in squared mean edges
+# The error is flat about its least: of settings whose error is within this share of it, the one that lets the least
+# noise through is taken, as normals still gain.
+_ALIKE = 0.02
+
 _Key = tuple[str, float, float, float]  # start, strength, range width, weight
+
+
+@dataclass(frozen=True)
+class Row:
+    """A setting, its estimated mean squared error along the normals, and the noise it lets through, the trace of it.
+
+    Both in squared mean edges.
+    """
+
+    setting: Setting
+    error: float
+    through: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -84,8 +99,8 @@ class Estimate:
             self.guides[weight] = [smooth_isotropically(self.mesh, V, weight) for V in self.given]
         return self.guides[weight]
 
-    def error(self, plain: Floats, probed: Floats) -> float:
-        """Estimated mean squared error along the normals, in squared mean edges."""
+    def row(self, setting: Setting, plain: Floats, probed: Floats) -> Row:
+        """Of what the setting makes of the positions without and with the probe."""
         at = self.mesh.counts
         moved = ((plain - self.mesh.V) * self.normals).sum(axis=1)[at]
         response = (self.probe * (probed - plain)).sum(axis=1)[at]
@@ -93,7 +108,8 @@ class Estimate:
         # the drawn noise's own variance stands for the expected one: the error of doing nothing is then estimated
         # without scatter
         gain = self.level**2 / variance if variance > 0 else 0.0
-        return float((moved**2).mean() - self.level**2 + 2 * gain * response.mean() / _PROBE)
+        through = float(gain * response.mean() / _PROBE)
+        return Row(setting, float((moved**2).mean()) - self.level**2 + 2 * through, through)
 
     def path(self, key: _Key, passes: int | None) -> list[Row]:
         """Errors after 1, 2, ... passes, until they rise; or of the given number of passes alone."""
@@ -108,9 +124,8 @@ class Estimate:
                 plain, probed = pool.map(next, walks)
                 if passes is not None and count < passes:
                     continue
-                error = self.error(plain, probed)
-                found.append((Setting(start, strength, range_width, count, weight), error))
-                if len(found) > 2 and error > found[-2][1] > found[-3][1]:
+                found.append(self.row(Setting(start, strength, range_width, count, weight), plain, probed))
+                if len(found) > 2 and found[-1].error > found[-2].error > found[-3].error:
                     break
         return found
 
@@ -122,8 +137,11 @@ def estimate_on(mesh: Mesh, measured: Measured, factor: float) -> Estimate:
     return Estimate(mesh, factor * measured.noise.level, n, (mesh.V, mesh.V + _PROBE * n * z), n * z)
 
 
-def searched(on: Estimate, fixed: Fixed, with_isotropic: bool, progress: Progress | None) -> list[Row]:
-    """Settings and errors, best first: coarse, then the neighbours of the best as long as they are better."""
+def searched(on: Estimate, fixed: Fixed, with_isotropic: bool, alike: bool, progress: Progress | None) -> list[Row]:
+    """Settings and errors, the choice first: coarse, then the neighbours of the best as long as they are better.
+
+    ``alike``: whether the choice may have a slightly higher error than the least.
+    """
     found: dict[_Key, list[Row]] = {}
 
     def look(key: _Key) -> float:
@@ -131,7 +149,7 @@ def searched(on: Estimate, fixed: Fixed, with_isotropic: bool, progress: Progres
             found[key] = on.path(key, fixed.passes)
             if progress is not None:
                 progress(1 - 0.9 ** len(found))  # how many there will be is not known
-        return min(error for _, error in found[key])
+        return min(row.error for row in found[key])
 
     weight = guide_weight(on.level)
     best = min(
@@ -146,8 +164,12 @@ def searched(on: Estimate, fixed: Fixed, with_isotropic: bool, progress: Progres
     rows = [row for path in found.values() for row in path]
     if with_isotropic:
         weights = (weight / _FIRMER, weight, weight * _FIRMER)
-        rows += [(Setting("smoothed", 0.0, 0.0, 0, w), on.error(*on.smoothed(w))) for w in weights]
-    return sorted(rows, key=lambda row: row[1])
+        rows += [on.row(Setting("smoothed", 0.0, 0.0, 0, w), *on.smoothed(w)) for w in weights]
+    rows.sort(key=lambda row: row.error)
+    least = rows[0].error
+    enough = least + ((1 + _ALIKE) ** 2 - 1) * max(least, 0.0) if alike else least
+    choice = min((row for row in rows if row.error <= enough), key=lambda row: row.through)
+    return [choice, *(row for row in rows if row is not choice)]
 
 
 def _around(key: _Key, fixed: Fixed, ratio_t: float, ratio_width: float) -> list[_Key]:
