@@ -9,13 +9,13 @@ import numpy as np
 
 from meshlab_specsmooth.automatic import drifting, warning_of
 from meshlab_specsmooth.edge_aware.filtering import filtered
-from meshlab_specsmooth.edge_aware.guards import with_volume, without_flips
+from meshlab_specsmooth.edge_aware.guards import MOST_REPAIRS, with_volume, without_flips
 from meshlab_specsmooth.edge_aware.mesh import Mesh, built, mean_side, smooth_isotropically, volume_of
 from meshlab_specsmooth.edge_aware.pieces import sample_of
 from meshlab_specsmooth.edge_aware.result import Considered, EdgeAwareResult, Setting
 from meshlab_specsmooth.edge_aware.search import Fixed, Row, estimate_on, guide_weight, searched
 from meshlab_specsmooth.memory import require
-from meshlab_specsmooth.noise import IMPULSE, NONE, measure, normals, nothing, sheet
+from meshlab_specsmooth.noise import IMPULSE, NONE, Noise, measure, normals, nothing, sheet
 from meshlab_specsmooth.spectral.progress import Progress, part
 from meshlab_specsmooth.surface import Floats, Integers, Surface
 
@@ -45,7 +45,7 @@ def denoised(
     h = mean_side(V, F)
     moving, G = _used(F, len(V))
     if h == 0 or len(moving) == 0:
-        return _untouched(surface, begin)
+        return _untouched(surface, begin, nothing(0.0))
     X = (V[moving] - V[moving].mean(axis=0)) / h
     mesh = built(X, G, np.ones(len(X), dtype=np.bool_))
     sample = sample_of(mesh)
@@ -56,7 +56,7 @@ def denoised(
     level = noise.level * _FAVORING[favor]
     mesh, sample = (replace(each, drifting=drifting(noise)) for each in (mesh, sample))
     if noise.level <= _ROUNDING and fixed == Fixed():
-        return _untouched(surface, begin)
+        return _untouched(surface, begin, noise.scaled(0, h))
     given = fixed.setting(guide_weight(level))
     if noise.kind == NONE and fixed == Fixed():
         rows = [_automatic(mesh, favor).row]
@@ -75,7 +75,8 @@ def denoised(
         if _moved_in_the_median(mesh, Y) > _IMPULSES_ASIDE * _moved_in_the_median(mesh, automatic.vertices):
             rows, smoothed, Y = [automatic.row, *rows], automatic.vertices, automatic.vertices
             setting, error = automatic.row.setting, automatic.row.error
-    Y, flips = without_flips(mesh, Y, smoothed)
+    # faces of a clean surface that look away from their neighbours are meant to
+    Y, flips = without_flips(mesh, Y, smoothed, repairs=0 if noise.kind == NONE else MOST_REPAIRS)
     volume = 0.0 if mesh.rim.any() else volume_of(mesh, X)
     if volume:
         Y = with_volume(mesh, Y, volume, level)
@@ -135,11 +136,11 @@ def _root(squared: float) -> float:
     return float(np.sqrt(max(squared, 0.0)))
 
 
-def _untouched(surface: Surface, begin: float) -> EdgeAwareResult:
+def _untouched(surface: Surface, begin: float, noise: Noise) -> EdgeAwareResult:
     """For surfaces without an edge of any length, or without noise."""
     return EdgeAwareResult(
         vertices=surface.vertices.copy(),
-        noise=nothing(0.0),
+        noise=noise,
         level=0.0,
         start="given",
         strength=0.0,

@@ -10,13 +10,13 @@ from meshlab_specsmooth.edge_aware.mesh import Mesh, volume_of
 from meshlab_specsmooth.noise import normals
 from meshlab_specsmooth.surface import Booleans, Floats
 
-_MOST_REPAIRS = 10  # of turned faces
+MOST_REPAIRS = 10  # of turned faces
 
 
-def without_flips(mesh: Mesh, Y: Floats, smoothed: Floats) -> tuple[Floats, int]:
+def without_flips(mesh: Mesh, Y: Floats, smoothed: Floats, repairs: int = MOST_REPAIRS) -> tuple[Floats, int]:
     """The vertices, those of turned faces drawn towards their neighbours; and how many faces stay turned."""
     turned = _turned(mesh, Y, smoothed)
-    for _ in range(_MOST_REPAIRS):
+    for _ in range(repairs):
         if not turned.any():
             break
         corners = np.unique(mesh.F[turned])

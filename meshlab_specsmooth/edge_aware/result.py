@@ -61,7 +61,7 @@ class EdgeAwareResult:
     error : float
         Estimated root mean square error along the normals, in mesh units; NaN where nothing was to be chosen.
     considered : tuple of Considered
-        All settings that were tried: the choice, then from the least error on. The choice is within 2 % of the least
+        All settings that were tried: the choice, then from the least error on. The choice is within 1 % of the least
         and lets the least noise through.
     flips : int
         Faces of the result that look away by more than 90 degrees from where the smoothed surface's do, or from where

@@ -45,7 +45,7 @@ _RANGE_WIDTHS = (0.14, 1.0)
 
 # The error is flat about its least: of settings whose error is within this share of it, the one that lets the least
 # noise through is taken, as normals still gain.
-_ALIKE = 0.02
+_ALIKE = 0.01
 
 _Key = tuple[str, float, float, float]  # start, strength, range width, weight
 
