@@ -57,8 +57,8 @@ _MORE_THAN_FIRST, _MORE_THAN_SECOND = 1.1**2, 2.0
 _SHARED_OVER = 8  # steps of the walk
 
 # A surface has normals because its waves get lower faster than shorter: from an octave to the next the amplitude more
-# than doubles (the power of its modes falls faster than 1 / lambda^2). Below what is called noise in the shortest waves neighbours share noise only where,
-# over two octaves, it does not double: then the normals are lost in longer ones.
+# than doubles (the power of its modes falls faster than 1 / lambda^2). Below what is called noise in the shortest waves
+# neighbours share noise only where, over two octaves, it does not: then the normals are lost in longer ones.
 _GROWTH_OF_SHAPE = 2.0
 _FINER, _COARSER = 2, 4  # the bands between which it is looked at
 
@@ -112,6 +112,8 @@ class Noise:
         Of the level, the part that neighbours share: level^2 = shared^2 + white^2; 0 for other kinds.
     covariance : (3, 3) float64
         Of the noise vector of a vertex, in units of the squared level, so far as it is seen along the normals.
+    hit : float
+        Share of the vertices that have noise: below 1 for impulses.
 
     Examples
     --------
@@ -137,6 +139,7 @@ class Noise:
     outliers: float
     shared: float
     covariance: Floats
+    hit: float = 1.0
 
     def scaled(self, exponent: int, factor: float = 1.0) -> Noise:
         """The same noise with lengths times ``factor`` 2^exponent."""
@@ -223,7 +226,7 @@ def measure(on: Sheet) -> Measured:
         # too little to tell noise from shape
         return Measured(nothing(on.mean_edge), normals(on.positions, on.faces))
     X, L = on.positions, on.L
-    rows = _row_norms(L)
+    rows, peakedness = _rows(L)
     twice = L @ (L @ X)
     level, guide = 0.3 * on.mean_edge, normals(X, on.faces)
     for _ in range(3):  # the level settles in two
@@ -249,8 +252,11 @@ def measure(on: Sheet) -> Measured:
     if kind != CORRELATED and NEGLIGIBLE * on.mean_edge < expected and 0.5 * expected < seen < 2 * expected:
         # what is rounded to a lattice has a known error, but no normal distribution: much of it stays in place
         kind, spread, covariance = QUANTISED, expected, np.diag(rounding**2)
-    elif kind == IMPULSE:
+    hit = 1.0
+    if kind == IMPULSE:
         spread = seen
+        # the fourth moment of noise that a share p of the vertices has is 3 / p, and L^2 adds up some of them
+        hit = 3 / (3 + max(kurtosis, 0.0) / peakedness)
         # few vertices carry the variance
         fraction *= np.sqrt(1 + max(kurtosis, 0.0) / 2)
     if kind == CORRELATED:
@@ -261,7 +267,18 @@ def measure(on: Sheet) -> Measured:
         low, high = max(1 - width, 0.0), 1 + width
     covariance = covariance / spread**2 if spread > 0 else np.zeros((3, 3))
     noise = Noise(
-        spread, low * spread, high * spread, kind, on.mean_edge, orders, bands, kurtosis, outliers, shared, covariance
+        spread,
+        low * spread,
+        high * spread,
+        kind,
+        on.mean_edge,
+        orders,
+        bands,
+        kurtosis,
+        outliers,
+        shared,
+        covariance,
+        hit,
     )
     return Measured(noise, guide)
 
@@ -271,13 +288,14 @@ def nothing(mean_edge: float) -> Noise:
     return Noise(0.0, 0.0, 0.0, NONE, mean_edge, (0.0,) * ORDERS, (0.0,) * BANDS, 0.0, 0.0, 0.0, np.zeros((3, 3)))
 
 
-def _row_norms(L: Laplacian) -> Floats:
-    """(k,) norms of the rows of L^2."""
+def _rows(L: Laplacian) -> tuple[Floats, float]:
+    """(k,) norms of the rows h of L^2, and the mean of sum h^4 / (sum h^2)^2."""
     degree = L.degree[:, 0]
     walk = csr_array(L.graph.adjacency(np.ones(len(L.graph.indices))))
     matrix = csr_array(eye_array(L.size) - csr_array(walk.multiply(1 / degree[:, None])))
-    square = csr_array(matrix @ matrix)
-    return np.asarray(np.sqrt(np.asarray(square.multiply(square).sum(axis=1)).ravel()))
+    squares = csr_array(matrix @ matrix).power(2)
+    sums, fourth = (np.asarray(x.sum(axis=1)).ravel() for x in (squares, squares.power(2)))
+    return np.sqrt(sums), float((fourth / sums**2).mean())
 
 
 def _levels(on: Sheet, guide: Floats) -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -447,4 +465,7 @@ def realisation(on: Sheet, guide: Floats, noise: Noise, seed: int = _SEED) -> Fl
     if noise.kind in (DIRECTIONAL, QUANTISED):
         variance = np.maximum(np.einsum("ni,ij,nj->n", guide, noise.covariance, guide), 0.0)
         return np.asarray(noise.level * np.sqrt(variance)[:, None] * white)
+    if noise.kind == IMPULSE:
+        is_hit = np.random.default_rng([seed, 1]).random(on.positions.shape) < noise.hit
+        return np.asarray(noise.level / np.sqrt(noise.hit) * is_hit * white)
     return np.asarray(noise.level * white)

@@ -11,6 +11,7 @@ from meshlab_specsmooth.bridge.measures import crossing_faces
 from meshlab_specsmooth.cli.options import add_options
 from meshlab_specsmooth.cli.progress import bar
 from meshlab_specsmooth.edge_aware import Considered, denoise
+from meshlab_specsmooth.edge_aware.result import DRAWN_IN
 from meshlab_specsmooth.surface import Floats, Integers
 
 _DESCRIPTOR = descriptors.load("apply_coord_edge_aware_smoothing")
@@ -68,7 +69,8 @@ def told(row: Considered) -> str:
     """A setting in words."""
     setting = row.setting
     if setting.passes == 0:
-        return f"isotropic, weight {setting.barycenter_weight:.3g}"
+        first = "impulses drawn in, " if setting.start == DRAWN_IN else ""
+        return f"{first}isotropic, weight {setting.barycenter_weight:.3g}"
     return (
         f"edge-aware from the {'surface as given' if setting.start == 'given' else 'smoothed surface'}, strength "
         f"{setting.strength:.3g}, width {setting.range_width:.2g}, {setting.passes} passes"

@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from meshlab_specsmooth.automatic import drifting, warning_of
 from meshlab_specsmooth.edge_aware.filtering import filtered
 from meshlab_specsmooth.edge_aware.guards import MOST_REPAIRS, with_volume, without_flips
-from meshlab_specsmooth.edge_aware.mesh import Mesh, built, mean_side, smooth_isotropically, volume_of
+from meshlab_specsmooth.edge_aware.mesh import built, mean_side, smooth_automatically, smooth_isotropically, volume_of
 from meshlab_specsmooth.edge_aware.pieces import sample_of
-from meshlab_specsmooth.edge_aware.result import Considered, EdgeAwareResult, Setting
-from meshlab_specsmooth.edge_aware.search import Fixed, Row, estimate_on, guide_weight, searched
+from meshlab_specsmooth.edge_aware.result import DRAWN_IN, Considered, EdgeAwareResult, Setting
+from meshlab_specsmooth.edge_aware.search import Fixed, Row, drawn_in, estimate_on, guide_weight, ranked, searched
 from meshlab_specsmooth.memory import require
-from meshlab_specsmooth.noise import IMPULSE, NONE, Noise, measure, normals, nothing, sheet
+from meshlab_specsmooth.noise import IMPULSE, NONE, Noise, measure, nothing, sheet
 from meshlab_specsmooth.spectral.progress import Progress, part
-from meshlab_specsmooth.surface import Floats, Integers, Surface
+from meshlab_specsmooth.surface import Integers, Surface
 
 # Where a call stands when the operators are made, and when the setting is chosen
 _BUILT, _CHOSEN = 0.1, 0.6
@@ -28,9 +28,6 @@ _FAVORING = {"position": 1.0, "normals": 1.4}
 _BYTES_PER_FACE = 900
 # Noise of a millionth of an edge is no more than rounding makes; there is nothing to smooth then.
 _ROUNDING = 1e-6
-# Under impulses most vertices are in place already. What moves the median one so many times as far as drawing the
-# impulses in does has fitted the surface to them: the estimate, which is for normal noise, did not see it.
-_IMPULSES_ASIDE = 2.0
 
 FAVORS = tuple(_FAVORING)
 
@@ -51,7 +48,8 @@ def denoised(
     sample = sample_of(mesh)
     report = progress or (lambda _: None)
     report(_BUILT)
-    measured = measure(sheet(sample.V, sample.F))
+    on = sheet(sample.V, sample.F)
+    measured = measure(on)
     noise = measured.noise
     level = noise.level * _FAVORING[favor]
     mesh, sample = (replace(each, drifting=drifting(noise)) for each in (mesh, sample))
@@ -59,22 +57,24 @@ def denoised(
         return _untouched(surface, begin, noise.scaled(0, h))
     given = fixed.setting(guide_weight(level))
     if noise.kind == NONE and fixed == Fixed():
-        rows = [_automatic(mesh, favor).row]
+        automatic = smooth_automatically(mesh, X, favor)
+        setting = Setting("smoothed", 0.0, 0.0, 0, automatic.barycenter_weight)
+        rows = [Row(setting, (automatic.estimated_error or 0.0) ** 2)]
     elif given is not None:
         rows = [Row(given, np.nan)]
     else:
-        estimate = estimate_on(sample, measured, _FAVORING[favor])
-        alike = favor == "position"
-        rows = searched(estimate, fixed, with_isotropic, alike, part(progress, _BUILT, _CHOSEN - _BUILT))
+        estimate = estimate_on(sample, on, measured, _FAVORING[favor])
+        rows = searched(estimate, fixed, with_isotropic, part(progress, _BUILT, _CHOSEN - _BUILT))
+        if noise.kind == IMPULSE and fixed == Fixed():
+            rows = [*rows, drawn_in(estimate, favor)]
+        rows = ranked(rows, alike=favor == "position")
     report(_CHOSEN)
     setting, error = rows[0].setting, rows[0].error
-    smoothed = smooth_isotropically(mesh, X, setting.barycenter_weight)
+    if setting.start == DRAWN_IN:
+        smoothed = smooth_automatically(mesh, X, favor).vertices
+    else:
+        smoothed = smooth_isotropically(mesh, X, setting.barycenter_weight)
     Y = filtered(mesh, X, smoothed, setting, part(progress, _CHOSEN, 1 - _CHOSEN))
-    if noise.kind == IMPULSE and fixed == Fixed():
-        automatic = _automatic(mesh, favor)
-        if _moved_in_the_median(mesh, Y) > _IMPULSES_ASIDE * _moved_in_the_median(mesh, automatic.vertices):
-            rows, smoothed, Y = [automatic.row, *rows], automatic.vertices, automatic.vertices
-            setting, error = automatic.row.setting, automatic.row.error
     # faces of a clean surface that look away from their neighbours are meant to
     Y, flips = without_flips(mesh, Y, smoothed, repairs=0 if noise.kind == NONE else MOST_REPAIRS)
     volume = 0.0 if mesh.rim.any() else volume_of(mesh, X)
@@ -109,26 +109,6 @@ def _used(F: Integers, n: int) -> tuple[Integers, Integers]:
     used[F[(F[:, 0] != F[:, 1]) | (F[:, 1] != F[:, 2])].ravel()] = True
     at = np.cumsum(used, dtype=np.int32) - np.int32(1)
     return np.flatnonzero(used).astype(np.int32), np.ascontiguousarray(at[F[used[F].all(axis=1)]])
-
-
-@dataclass(frozen=True, eq=False)
-class _Automatic:
-    """What the automatic isotropic filter makes of the mesh, and its row in the table."""
-
-    vertices: Floats
-    row: Row
-
-
-def _automatic(mesh: Mesh, favor: str) -> _Automatic:
-    """For a surface without noise worth the name, whatever its edges are like; and for impulses, which it draws in."""
-    smoothed = mesh.isotropic.smooth(favor=favor)
-    setting = Setting("smoothed", 0.0, 0.0, 0, smoothed.barycenter_weight)
-    return _Automatic(smoothed.vertices, Row(setting, (smoothed.estimated_error or 0.0) ** 2))
-
-
-def _moved_in_the_median(mesh: Mesh, Y: Floats) -> float:
-    """Median distance along the normals of Y from the surface as given."""
-    return float(np.median(np.abs(((Y - mesh.V) * normals(Y, mesh.F)).sum(axis=1))))
 
 
 def _root(squared: float) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 
 from meshlab_specsmooth.graph.faces import FaceGraph, FaceKernels, face_graph, face_kernels
 from meshlab_specsmooth.noise import normals
-from meshlab_specsmooth.smoothing import Prepared, assemble
+from meshlab_specsmooth.smoothing import Prepared, SmoothingResult, assemble
 from meshlab_specsmooth.surface import Booleans, Floats, Integers, Surface
 
 
@@ -57,15 +57,24 @@ def volume_of(mesh: Mesh, V: Floats) -> float:
     return float(np.einsum("ij,ij,i->", centre, normal, area) / 6)
 
 
+def smooth_automatically(mesh: Mesh, V: Floats, favor: str) -> SmoothingResult:
+    """What the isotropic filter makes of positions by itself: impulses are drawn in first."""
+    return _moved_to(mesh, V).smooth(favor=favor)
+
+
+def _moved_to(mesh: Mesh, V: Floats) -> Prepared:
+    """The isotropic filter of other positions of the mesh's vertices."""
+    prepared = mesh.isotropic
+    shift = np.ldexp((V - mesh.V)[prepared.moving], -prepared.exponent)
+    return replace(prepared, surface=Surface(V, mesh.F), positions=prepared.positions + shift)
+
+
 def smooth_isotropically(mesh: Mesh, V: Floats, weight: float) -> Floats:
     """The paper's smoothing of other positions of the mesh's vertices; at the rim along the normals alone.
 
     The rest of a rim's displacement would draw it inwards.
     """
-    prepared = mesh.isotropic
-    shift = np.ldexp((V - mesh.V)[prepared.moving], -prepared.exponent)
-    moved = replace(prepared, surface=Surface(V, mesh.F), positions=prepared.positions + shift)
-    X = moved.smooth(barycenter_weight=weight, response="heat", boundary="free").vertices
+    X = _moved_to(mesh, V).smooth(barycenter_weight=weight, response="heat", boundary="free").vertices
     if mesh.drifting < 1:
         n = normals(X, mesh.F)
         across = n * ((X - V) * n).sum(axis=1)[:, None]

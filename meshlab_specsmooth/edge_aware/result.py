@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from meshlab_specsmooth.noise import Noise
 from meshlab_specsmooth.surface import Floats
 
+DRAWN_IN = "drawn in"
+
 
 @dataclass(frozen=True)
 class Setting:
@@ -14,9 +16,10 @@ class Setting:
 
     Attributes
     ----------
-    start : {"given", "smoothed"}
+    start : {"given", "smoothed", "drawn in"}
         What the first pass takes its normals and vertices from: the surface as given, for hard edges, or the
-        isotropically smoothed one, for organic shapes.
+        isotropically smoothed one, for organic shapes. ``"drawn in"``, with 0 passes: impulses are drawn in before the
+        isotropic filter, as :func:`meshlab_specsmooth.smooth` does.
     strength : float
         t > 0 of the low-pass (I + t L_w)^-1.
     range_width : float

@@ -13,15 +13,16 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from meshlab_specsmooth.edge_aware.filtering import passes_of
-from meshlab_specsmooth.edge_aware.mesh import Mesh, smooth_isotropically
-from meshlab_specsmooth.edge_aware.result import Setting
-from meshlab_specsmooth.noise import STRENGTH, Measured, realisation, sheet
+from meshlab_specsmooth.edge_aware.mesh import Mesh, smooth_automatically, smooth_isotropically
+from meshlab_specsmooth.edge_aware.result import DRAWN_IN, Setting
+from meshlab_specsmooth.noise import STRENGTH, Measured, Sheet, realisation
 from meshlab_specsmooth.spectral.progress import Progress
 from meshlab_specsmooth.surface import Floats
 
-# A probe of half the noise's size: the filter's response is then averaged over what the noise may be, which holds for
-# noise with heavy tails too; an infinitesimal one sees one realisation only.
-_PROBE = 0.5
+# A probe of half the noise's size, where every vertex has some already: the filter's response is then averaged over
+# what the noise may be; an infinitesimal one sees one realisation only. Where few vertices have noise it must be of the
+# full size: half impulses are smoothed away where whole ones are taken for features.
+_FULL, _LESS_WHERE_HIT = 1.0, 0.5
 _SEED = 5
 _MOST_PASSES = 6
 # The guide's weight suits noise alone; where the shape has short waves too, it is held more firmly.
@@ -91,6 +92,7 @@ class Estimate:
     normals: Floats
     given: tuple[Floats, Floats]
     probe: Floats
+    size: float
     guides: dict[float, list[Floats]] = field(default_factory=dict)
 
     def smoothed(self, weight: float) -> list[Floats]:
@@ -108,7 +110,7 @@ class Estimate:
         # the drawn noise's own variance stands for the expected one: the error of doing nothing is then estimated
         # without scatter
         gain = self.level**2 / variance if variance > 0 else 0.0
-        through = float(gain * response.mean() / _PROBE)
+        through = float(gain * response.mean() / self.size)
         return Row(setting, float((moved**2).mean()) - self.level**2 + 2 * through, through)
 
     def path(self, key: _Key, passes: int | None) -> list[Row]:
@@ -130,18 +132,23 @@ class Estimate:
         return found
 
 
-def estimate_on(mesh: Mesh, measured: Measured, factor: float) -> Estimate:
+def drawn_in(on: Estimate, favor: str) -> Row:
+    """The row of the isotropic filter that draws impulses in first."""
+    plain, probed = (smooth_automatically(on.mesh, V, favor) for V in on.given)
+    setting = Setting(DRAWN_IN, 0.0, 0.0, 0, plain.barycenter_weight)
+    return on.row(setting, plain.vertices, probed.vertices)
+
+
+def estimate_on(mesh: Mesh, on: Sheet, measured: Measured, factor: float) -> Estimate:
     """For noise of ``factor`` times what was measured of the mesh."""
-    n = measured.normals
-    z = factor * realisation(sheet(mesh.V, mesh.F), n, measured.noise, _SEED)[:, :1]
-    return Estimate(mesh, factor * measured.noise.level, n, (mesh.V, mesh.V + _PROBE * n * z), n * z)
+    n, noise = measured.normals, measured.noise
+    probe = factor * n * realisation(on, n, noise, _SEED)[:, :1]
+    size = _FULL - _LESS_WHERE_HIT * noise.hit
+    return Estimate(mesh, factor * noise.level, n, (mesh.V, mesh.V + size * probe), probe, size)
 
 
-def searched(on: Estimate, fixed: Fixed, with_isotropic: bool, alike: bool, progress: Progress | None) -> list[Row]:
-    """Settings and errors, the choice first: coarse, then the neighbours of the best as long as they are better.
-
-    ``alike``: whether the choice may have a slightly higher error than the least.
-    """
+def searched(on: Estimate, fixed: Fixed, with_isotropic: bool, progress: Progress | None) -> list[Row]:
+    """Settings and errors: coarse, then the neighbours of the best as long as they are better."""
     found: dict[_Key, list[Row]] = {}
 
     def look(key: _Key) -> float:
@@ -165,7 +172,12 @@ def searched(on: Estimate, fixed: Fixed, with_isotropic: bool, alike: bool, prog
     if with_isotropic:
         weights = (weight / _FIRMER, weight, weight * _FIRMER)
         rows += [on.row(Setting("smoothed", 0.0, 0.0, 0, w), *on.smoothed(w)) for w in weights]
-    rows.sort(key=lambda row: row.error)
+    return rows
+
+
+def ranked(rows: list[Row], alike: bool) -> list[Row]:
+    """The choice, then from the least error on; ``alike``: whether the choice may have a slightly higher one."""
+    rows = sorted(rows, key=lambda row: row.error)
     least = rows[0].error
     enough = least + ((1 + _ALIKE) ** 2 - 1) * max(least, 0.0) if alike else least
     choice = min((row for row in rows if row.error <= enough), key=lambda row: row.through)
