@@ -63,8 +63,8 @@ _GROWTH_OF_SHAPE = 2.0
 _FINER, _COARSER = 2, 4  # the bands between which it is looked at
 
 # Where triangles are coarse for the shape, its detail is in the first band too, and grows by so much to the second
-# (measured on clean scans and models of a few thousand vertices); noise does not grow.
-_GROWTH_OF_DETAIL = 1.6
+# (measured on clean scans and models of a few thousand vertices); noise does not grow, by more than it scatters.
+_GROWTH_OF_DETAIL, _SCATTER = 1.6, 1.1
 
 # Coordinates that are rounded to a lattice take few values, each many times
 _FEWEST_STEPS, _FEWEST_PER_STEP = 8, 4
@@ -423,13 +423,14 @@ def _rounding(X: Floats) -> Floats:
 def _share_of_noise(bands: tuple[float, ...]) -> float:
     """Of the level in the first band, what is white noise and not detail of the shape.
 
-    b_0^2 = s^2 + d^2 and b_1^2 = s^2 + (g d)^2 with a detail d that grows g-fold from a band to the next.
+    b_0^2 = s^2 + d^2 and b_1^2 = (c s)^2 + (g d)^2 with a detail d that grows g-fold from a band to the next, and noise
+    that seems to grow c-fold at most.
     """
-    growth = _GROWTH_OF_DETAIL**2
+    growth, scatter = _GROWTH_OF_DETAIL**2, _SCATTER**2
     first, second = (level**2 for level in bands[:2])
     if first == 0:
         return 1.0
-    return float(np.sqrt(np.clip((growth - second / first) / (growth - 1), 0.0, 1.0)))
+    return float(np.sqrt(np.clip((growth - second / first) / (growth - scatter), 0.0, 1.0)))
 
 
 def _kind(
