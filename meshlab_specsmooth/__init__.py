@@ -1,10 +1,10 @@
 """Spectral mesh smoothing with barycentre constraints, as a filter for pymeshlab.
 
 Arrays in, arrays out: :func:`smooth`, :func:`denoise`, :func:`smooth_edge_aware`, :func:`low_pass`, :func:`enhance`,
-:func:`prepare`, :func:`spectrum`, :func:`estimate_noise`, :func:`estimate_error`. Side by side: :func:`compare`. Many
-files: :func:`batch`. MeshSets, in place, as a MeshLab filter does it: :func:`apply_coord_spectral_smoothing` and the
-others of its kind, as functions
-of a MeshSet, as methods of :class:`MeshSet`, or after :func:`register` as methods of pymeshlab's own.
+:func:`prepare`, :func:`spectrum`, :func:`estimate_noise`, :func:`estimate_error`, :func:`crossing_faces`. Side by side:
+:func:`compare`. Many files: :func:`batch`. MeshSets, in place, as a MeshLab filter does it:
+:func:`apply_coord_spectral_smoothing` and the others of its kind, as functions of a MeshSet, as methods of
+:class:`MeshSet`, or after :func:`register` as methods of pymeshlab's own.
 """
 
 from meshlab_specsmooth.batch.many import batch
@@ -12,6 +12,7 @@ from meshlab_specsmooth.batch.summary import BatchSummary
 from meshlab_specsmooth.batch.work import Outcome
 from meshlab_specsmooth.bridge import filters as _filters
 from meshlab_specsmooth.bridge.filters import *  # noqa: F403 (each filter, by its name)
+from meshlab_specsmooth.bridge.measures import crossing_faces
 from meshlab_specsmooth.bridge.registry import MeshSet, register, unregister
 from meshlab_specsmooth.compare.comparison import Comparison
 from meshlab_specsmooth.compare.competitors import Competitor
@@ -68,6 +69,7 @@ __all__ = [
     "TooLarge",
     "__version__",
     "compare",
+    "crossing_faces",
     "denoise",
     "batch",
     "enhance",

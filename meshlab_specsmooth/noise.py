@@ -4,13 +4,15 @@ Everything is measured on the component of L^2 V along the normals of a smoothed
 of L^2, so that white noise of standard deviation s gives s at every vertex; L^2 leaves nearly nothing of a smooth shape
 (of the curvature, what L leaves, only its change). The median of it does not see what few vertices have: sharp edges.
 
-Other scales are seen through dyadic bands B_a = Q^a (I - Q^a)^2, Q = I - L/2, a = 1, 2, 4, ..., each compared with what
-white noise gives in the same band. White noise has one level in all of them until shape takes over.
+Other scales are seen through bands W^(k - 1) (I - W^k)^2, W = I - L/2 the lazy walk, k = 1, 2, 4, ...: waves of some
+sqrt(k) edges, nothing of a plane or a paraboloid; each is compared with what white noise gives in the same band. White
+noise has one level in all of them until shape takes over. Noise that neighbours share is taken for the sum of white
+noise and of white noise that has walked for some steps.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.sparse import csr_array, eye_array
@@ -47,13 +49,22 @@ _FEWEST = 50  # vertices left, or else all have a say
 _RISE_OF_IMPULSES = 1.05
 _STANDARD_ERRORS = 2.0
 
+# From the third band to the second, and from the fourth to the third, the level of a smooth shape falls by so much or
+# by more (measured on clean surfaces), that of noise by less: what is left when so much of the coarser band is taken
+# off is noise. Where its variance is more than that of the first band, and yet more in the third, neighbours share it.
+_FALLS = (6.0, 3.0)
+_MORE_THAN_FIRST, _MORE_THAN_SECOND = 1.1**2, 2.0
+_SHARED_OVER = 8  # steps of the walk
+
 # A surface has normals because its waves get lower faster than shorter: from an octave to the next the amplitude more
-# than doubles (the power of its modes falls faster than 1 / lambda^2). Where it does not, over two octaves, although
-# it is more than white noise would give, the normals are lost in short waves: noise that neighbours share.
+# than doubles (the power of its modes falls faster than 1 / lambda^2). Below what is called noise in the shortest waves
+# neighbours share noise only where, over two octaves, it does not: then the normals are lost in longer ones.
 _GROWTH_OF_SHAPE = 2.0
 _FINER, _COARSER = 2, 4  # the bands between which it is looked at
-_MORE_THAN_WHITE = 1.5
-_MORE_AT_ONCE = 1.05
+
+# Where triangles are coarse for the shape, its detail is in the first band too, and grows by so much to the second
+# (measured on clean scans and models of a few thousand vertices); noise does not grow, by more than it scatters.
+_GROWTH_OF_DETAIL, _SCATTER = 1.6, 1.1
 
 # Coordinates that are rounded to a lattice take few values, each many times
 _FEWEST_STEPS, _FEWEST_PER_STEP = 8, 4
@@ -97,8 +108,12 @@ class Noise:
         Excess kurtosis of the residual: 0 for white noise, above 3 for impulses, and for clean shapes with edges.
     outliers : float
         Share of vertices whose residual is beyond three standard deviations (0.003 for white noise).
+    shared : float
+        Of the level, the part that neighbours share: level^2 = shared^2 + white^2; 0 for other kinds.
     covariance : (3, 3) float64
         Of the noise vector of a vertex, in units of the squared level, so far as it is seen along the normals.
+    hit : float
+        Share of the vertices that have noise: below 1 for impulses.
 
     Examples
     --------
@@ -122,15 +137,17 @@ class Noise:
     bands: tuple[float, ...]
     kurtosis: float
     outliers: float
+    shared: float
     covariance: Floats
+    hit: float = 1.0
 
     def scaled(self, exponent: int, factor: float = 1.0) -> Noise:
         """The same noise with lengths times ``factor`` 2^exponent."""
-        level, low, high, edge = (
-            float(np.ldexp(factor * x, exponent)) for x in (self.level, self.low, self.high, self.mean_edge)
-        )
-        orders, bands = (tuple(np.ldexp(np.multiply(x, factor), exponent).tolist()) for x in (self.orders, self.bands))
-        return Noise(level, low, high, self.kind, edge, orders, bands, self.kurtosis, self.outliers, self.covariance)
+        lengths = {
+            name: np.ldexp(np.multiply(getattr(self, name), factor), exponent).tolist()
+            for name in ("level", "low", "high", "mean_edge", "orders", "bands", "shared")
+        }
+        return replace(self, **lengths | {name: tuple(lengths[name]) for name in ("orders", "bands")})
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,7 +226,7 @@ def measure(on: Sheet) -> Measured:
         # too little to tell noise from shape
         return Measured(nothing(on.mean_edge), normals(on.positions, on.faces))
     X, L = on.positions, on.L
-    rows = _row_norms(L)
+    rows, peakedness = _rows(L)
     twice = L @ (L @ X)
     level, guide = 0.3 * on.mean_edge, normals(X, on.faces)
     for _ in range(3):  # the level settles in two
@@ -224,7 +241,10 @@ def measure(on: Sheet) -> Measured:
     square = float((residual**2).mean())
     kurtosis = float((residual**4).mean()) / square**2 - 3 if square > 0 else 0.0
     outliers = float((np.abs(residual) > 3 * scale).mean())
-    kind = _kind(level, spread, orders, bands, covariance, on)
+    white, shared = _parts(on, bands)
+    share = _share_of_noise(bands)
+    kind = _kind(level, spread, share, orders, bands, shared, covariance, on)
+    spread, covariance = share * spread, share**2 * covariance
     fraction = _SPREAD / np.sqrt(len(residual))
     rounding = _rounding(X)
     expected = float(np.sqrt((guide[on.inner] ** 2 @ rounding**2).mean()))
@@ -232,35 +252,50 @@ def measure(on: Sheet) -> Measured:
     if kind != CORRELATED and NEGLIGIBLE * on.mean_edge < expected and 0.5 * expected < seen < 2 * expected:
         # what is rounded to a lattice has a known error, but no normal distribution: much of it stays in place
         kind, spread, covariance = QUANTISED, expected, np.diag(rounding**2)
-    elif kind == IMPULSE:
+    hit = 1.0
+    if kind == IMPULSE:
         spread = seen
+        # the fourth moment of noise that a share p of the vertices has is 3 / p, and L^2 adds up some of them
+        hit = 3 / (3 + max(kurtosis, 0.0) / peakedness)
         # few vertices carry the variance
         fraction *= np.sqrt(1 + max(kurtosis, 0.0) / 2)
     if kind == CORRELATED:
-        field = realisation(on, guide, Noise(1.0, 0, 0, kind, on.mean_edge, orders, bands, 0, 0, covariance))
-        spread, low, high = float(np.sqrt((field[on.inner] ** 2).mean())), 0.5, 2.0
+        spread, low, high = float(np.hypot(white, shared)), 0.5, 2.0
     else:
+        shared = 0.0
         width = float(np.hypot(2 * fraction, _SYSTEMATIC))
         low, high = max(1 - width, 0.0), 1 + width
     covariance = covariance / spread**2 if spread > 0 else np.zeros((3, 3))
     noise = Noise(
-        spread, low * spread, high * spread, kind, on.mean_edge, orders, bands, kurtosis, outliers, covariance
+        spread,
+        low * spread,
+        high * spread,
+        kind,
+        on.mean_edge,
+        orders,
+        bands,
+        kurtosis,
+        outliers,
+        shared,
+        covariance,
+        hit,
     )
     return Measured(noise, guide)
 
 
 def nothing(mean_edge: float) -> Noise:
     """No noise, on a mesh with edges of that length."""
-    return Noise(0.0, 0.0, 0.0, NONE, mean_edge, (0.0,) * ORDERS, (0.0,) * BANDS, 0.0, 0.0, np.zeros((3, 3)))
+    return Noise(0.0, 0.0, 0.0, NONE, mean_edge, (0.0,) * ORDERS, (0.0,) * BANDS, 0.0, 0.0, 0.0, np.zeros((3, 3)))
 
 
-def _row_norms(L: Laplacian) -> Floats:
-    """(k,) norms of the rows of L^2."""
+def _rows(L: Laplacian) -> tuple[Floats, float]:
+    """(k,) norms of the rows h of L^2, and the mean of sum h^4 / (sum h^2)^2."""
     degree = L.degree[:, 0]
     walk = csr_array(L.graph.adjacency(np.ones(len(L.graph.indices))))
     matrix = csr_array(eye_array(L.size) - csr_array(walk.multiply(1 / degree[:, None])))
-    square = csr_array(matrix @ matrix)
-    return np.asarray(np.sqrt(np.asarray(square.multiply(square).sum(axis=1)).ravel()))
+    squares = csr_array(matrix @ matrix).power(2)
+    sums, fourth = (np.asarray(x.sum(axis=1)).ravel() for x in (squares, squares.power(2)))
+    return np.sqrt(sums), float((fourth / sums**2).mean())
 
 
 def _levels(on: Sheet, guide: Floats) -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -286,21 +321,48 @@ def _powers(L: Laplacian, X: Floats) -> list[Floats]:
 
 
 def _bands(L: Laplacian, X: Floats) -> list[Floats]:
-    """B_a X for a = 1, 2, 4, ..."""
-    bands, steps = [], 1
-    for _ in range(BANDS):
-        once = _walked(L, X, steps)
-        twice = _walked(L, once, steps)
-        bands.append(once - 2 * twice + _walked(L, twice, steps))
-        steps *= 2
-    return bands
+    """W^(k - 1) (I - W^k)^2 X for k = 1, 2, 4, ..."""
+    return [_band(L, X, 2**k) for k in range(BANDS)]
+
+
+def _band(L: Laplacian, X: Floats, k: int) -> Floats:
+    Y = _walked(L, X, k - 1)
+    for _ in range(2):
+        Y = Y - _walked(L, Y, k)
+    return Y
 
 
 def _walked(L: Laplacian, X: Floats, steps: int) -> Floats:
-    """Q^steps X."""
+    """W^steps X."""
     for _ in range(steps):
         X = X - 0.5 * (L @ X)
     return X
+
+
+def _shared(L: Laplacian, white: Floats) -> Floats:
+    """Noise of unit variance that neighbours share, of white noise."""
+    walked = _walked(L, white, _SHARED_OVER)
+    return np.asarray(walked / np.sqrt((walked**2).mean()))
+
+
+def _parts(on: Sheet, bands: tuple[float, ...]) -> tuple[float, float]:
+    """Standard deviations of the white noise and of what neighbours share, which is 0 if the noise is white."""
+    first = bands[0] ** 2
+    second, third = (max(bands[i] ** 2 - (bands[i + 1] / _FALLS[i - 1]) ** 2, 0.0) for i in (1, 2))
+    if second <= _MORE_THAN_FIRST * first or third <= _MORE_THAN_SECOND * second:
+        return bands[0], 0.0
+    white, other = (np.random.default_rng(_SEED + k).standard_normal(on.positions.shape) for k in range(2))
+    shared = _shared(on.L, other)
+
+    def share(k: int) -> float:
+        """Of the variance of shared noise in a band, against white noise."""
+        return float((_band(on.L, shared, k)[on.inner] ** 2).mean() / (_band(on.L, white, k)[on.inner] ** 2).mean())
+
+    # two bands, two unknowns; the first bounds the white part
+    of_second, of_third = share(2), share(4)
+    variance = max((third - second) / (of_third - of_second), 0.0)
+    even = min(max(second - variance * of_second, 0.0), first)
+    return float(np.sqrt(even)), float(np.sqrt(variance))
 
 
 def _covariance(squares: Floats, along: Floats, level: float) -> tuple[Floats, float]:
@@ -358,23 +420,34 @@ def _rounding(X: Floats) -> Floats:
     return np.asarray(steps / np.sqrt(12))
 
 
+def _share_of_noise(bands: tuple[float, ...]) -> float:
+    """Of the level in the first band, what is white noise and not detail of the shape.
+
+    b_0^2 = s^2 + d^2 and b_1^2 = (c s)^2 + (g d)^2 with a detail d that grows g-fold from a band to the next, and noise
+    that seems to grow c-fold at most.
+    """
+    growth, scatter = _GROWTH_OF_DETAIL**2, _SCATTER**2
+    first, second = (level**2 for level in bands[:2])
+    if first == 0:
+        return 1.0
+    return float(np.sqrt(np.clip((growth - second / first) / (growth - scatter), 0.0, 1.0)))
+
+
 def _kind(
     level: float,
     spread: float,
+    share: float,
     orders: tuple[float, ...],
     bands: tuple[float, ...],
+    shared: float,
     covariance: Floats,
     on: Sheet,
 ) -> str:
     edge, error = on.mean_edge, _STANDARD_ERRORS / np.sqrt(on.inner.sum())
-    if (
-        bands[_COARSER] < _GROWTH_OF_SHAPE ** (_COARSER - _FINER) * bands[_FINER]
-        and bands[_FINER] > _MORE_THAN_WHITE * orders[1]
-        and bands[0] > (_MORE_AT_ONCE + error) * orders[1]
-        and bands[_COARSER] > NEGLIGIBLE * edge
-    ):
+    growing = bands[_COARSER] >= _GROWTH_OF_SHAPE ** (_COARSER - _FINER) * bands[_FINER]
+    if shared and not (max(level, spread) < NEGLIGIBLE * edge and growing):
         return CORRELATED
-    if max(level, spread) < NEGLIGIBLE * edge:
+    if share * max(level, spread) < NEGLIGIBLE * edge:
         return NONE
     if orders[3] > (_RISE_OF_IMPULSES + error) * orders[1]:
         return IMPULSE
@@ -384,28 +457,16 @@ def _kind(
     return WHITE
 
 
-def _without_shape(bands: tuple[float, ...]) -> list[float]:
-    """The levels, held where the longest waves rise as those of a shape do."""
-    kept = len(bands)
-    while kept > _FINER + 1 and bands[kept - 1] >= _GROWTH_OF_SHAPE * bands[kept - 2]:
-        kept -= 1
-    return [*bands[:kept], *[bands[kept - 1]] * (len(bands) - kept)]
-
-
 def realisation(on: Sheet, guide: Floats, noise: Noise, seed: int = _SEED) -> Floats:
     """(k, 3): three draws of noise of that kind, each a scalar a vertex along the normals, in the sheet's units."""
     white = np.random.default_rng(seed).standard_normal(on.positions.shape)
     if noise.kind == CORRELATED:
-        # a gain for each band: the differences of powers of Q sum to 1
-        gains = _without_shape(noise.bands)
-        gains = [*gains, gains[-1]]
-        field, rest, steps = np.zeros_like(white), white, 1
-        for gain in gains[:-1]:
-            lower = _walked(on.L, rest, steps - steps // 2)
-            field += gain * (rest - lower)
-            rest, steps = lower, 2 * steps
-        return np.asarray(field + gains[-1] * rest)
+        other = np.random.default_rng([seed, 1]).standard_normal(on.positions.shape)
+        return np.asarray(np.sqrt(noise.level**2 - noise.shared**2) * white + noise.shared * _shared(on.L, other))
     if noise.kind in (DIRECTIONAL, QUANTISED):
         variance = np.maximum(np.einsum("ni,ij,nj->n", guide, noise.covariance, guide), 0.0)
         return np.asarray(noise.level * np.sqrt(variance)[:, None] * white)
+    if noise.kind == IMPULSE:
+        is_hit = np.random.default_rng([seed, 1]).random(on.positions.shape) < noise.hit
+        return np.asarray(noise.level / np.sqrt(noise.hit) * is_hit * white)
     return np.asarray(noise.level * white)

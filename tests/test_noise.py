@@ -5,6 +5,7 @@ import pymeshlab
 import pytest
 
 import meshlab_specsmooth as mss
+from meshlab_specsmooth import noise as noise_room
 from meshlab_specsmooth.surface import mean_edge_length, vertex_normals
 from tests.meshes import TETRAHEDRON, flaws, sheet, torus
 
@@ -92,6 +93,21 @@ def test_kinds_are_told_apart(kind, V):
     off = 0.5 if kind == "correlated" else 0.15
     assert noise.level == pytest.approx(true_level((V, TORUS[1]), TORUS), rel=off)
     assert noise.low <= noise.level <= noise.high
+
+
+def test_impulses_are_drawn_as_impulses_and_shared_noise_as_shared():
+    found = {kind: mss.estimate_noise(V, TORUS[1]) for kind, V in kinds()}
+    on = noise_room.sheet(TORUS[0], np.ascontiguousarray(TORUS[1], dtype=np.int32))
+    assert found["impulse"].hit == pytest.approx(0.2, rel=0.5)
+    drawn = noise_room.realisation(on, NORMALS, found["impulse"])
+    assert (drawn != 0).mean() == pytest.approx(found["impulse"].hit, rel=0.1)
+    assert drawn.std() == pytest.approx(found["impulse"].level, rel=0.1)
+    assert 0 < found["correlated"].shared <= found["correlated"].level
+    drawn = noise_room.realisation(on, NORMALS, found["correlated"])
+    assert drawn.std() == pytest.approx(found["correlated"].level, rel=0.1)
+    beside = np.corrcoef((drawn - on.L @ drawn)[:, 0], drawn[:, 0])[0, 1]  # mean of the neighbours
+    assert beside > 0.9
+    assert all(found[kind].shared == 0 and found[kind].hit == 1 for kind in ("directional", "quantised"))
 
 
 def test_the_evidence_of_white_noise_agrees_with_itself():

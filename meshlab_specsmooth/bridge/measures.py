@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 import pymeshlab
 
 from meshlab_specsmooth.bridge import meshset
-from meshlab_specsmooth.surface import Surface
+from meshlab_specsmooth.surface import Booleans, Surface
 
 
 def hausdorff(a: Surface, b: Surface) -> float:
@@ -36,8 +37,34 @@ def hausdorff(a: Surface, b: Surface) -> float:
     )  # fmt: skip
 
 
-def self_intersections(surface: Surface) -> int:
-    """The number of faces that MeshLab finds to run through others."""
+def crossing_faces(vertices: npt.ArrayLike, faces: npt.ArrayLike) -> Booleans:
+    """Which faces run through others, as MeshLab finds them.
+
+    Parameters
+    ----------
+    vertices : (n, 3) array of real numbers
+    faces : (m, 3) array of integers
+
+    Returns
+    -------
+    (m,) bool
+        Their number is the sum. At 300 000 vertices this takes a third of the time of the edge-aware filter, which is
+        why filters do not report it.
+
+    Raises
+    ------
+    InvalidSurface
+        As :class:`Surface` does.
+
+    Examples
+    --------
+    >>> import meshlab_specsmooth as mss
+    >>> flat = [[0, 0, 0], [2, 0, 0], [0, 2, 0]]
+    >>> upright, aside = ([[x, 0.2, -1], [x, 0.4, -1], [x, 0.3, 1]] for x in (0.5, 5))
+    >>> mss.crossing_faces([*flat, *upright, *aside], [[0, 1, 2], [3, 4, 5], [6, 7, 8]]).tolist()
+    [True, True, False]
+    """
+    surface = Surface(vertices, faces)  # type: ignore[arg-type]
     ms = meshset.new(surface.vertices, surface.faces)
     ms.compute_selection_by_self_intersections_per_face()
-    return int(ms.current_mesh().selected_face_number())
+    return np.asarray(ms.current_mesh().face_selection_array(), dtype=np.bool_)

@@ -7,9 +7,12 @@ import sys
 
 from meshlab_specsmooth import descriptors
 from meshlab_specsmooth.bridge import files, meshset
+from meshlab_specsmooth.bridge.measures import crossing_faces
 from meshlab_specsmooth.cli.options import add_options
 from meshlab_specsmooth.cli.progress import bar
 from meshlab_specsmooth.edge_aware import Considered, denoise
+from meshlab_specsmooth.edge_aware.result import DRAWN_IN
+from meshlab_specsmooth.surface import Floats, Integers
 
 _DESCRIPTOR = descriptors.load("apply_coord_edge_aware_smoothing")
 _SHOWN = 5
@@ -44,6 +47,8 @@ def run(arguments: argparse.Namespace) -> None:
         f"({result.noise.kind}), moved vertices by {result.displacement / edge:.3f} mean edges (RMS), "
         f"{result.seconds:.2f} s"
     )
+    crossing, new = crossed(vertices, result.vertices, faces)
+    print(f"  {crossing} faces of it run through others, {new} that did not before; {result.flips} are turned over")
     for row in result.considered[:_SHOWN]:
         print(f"  {told(row):60} estimated error {row.error / edge:.4f} edges")
     if len(result.considered) > _SHOWN:
@@ -52,11 +57,20 @@ def run(arguments: argparse.Namespace) -> None:
         print(f"specsmooth: {result.warning}", file=sys.stderr)
 
 
+def crossed(before: Floats, after: Floats, faces: Integers) -> tuple[int, int]:
+    """How many faces run through others afterwards, and how many of them did not before."""
+    crossing = crossing_faces(after, faces)
+    if not crossing.any():
+        return 0, 0  # as nearly always, and the count is slow
+    return int(crossing.sum()), int((crossing & ~crossing_faces(before, faces)).sum())
+
+
 def told(row: Considered) -> str:
     """A setting in words."""
     setting = row.setting
     if setting.passes == 0:
-        return f"isotropic, weight {setting.barycenter_weight:.3g}"
+        first = "impulses drawn in, " if setting.start == DRAWN_IN else ""
+        return f"{first}isotropic, weight {setting.barycenter_weight:.3g}"
     return (
         f"edge-aware from the {'surface as given' if setting.start == 'given' else 'smoothed surface'}, strength "
         f"{setting.strength:.3g}, width {setting.range_width:.2g}, {setting.passes} passes"

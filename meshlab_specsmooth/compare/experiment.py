@@ -17,7 +17,7 @@ from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import breadth_first_order
 
 from meshlab_specsmooth.bridge.child import Child, Ran
-from meshlab_specsmooth.bridge.measures import hausdorff, self_intersections
+from meshlab_specsmooth.bridge.measures import crossing_faces, hausdorff
 from meshlab_specsmooth.compare import metrics, noise, shape
 from meshlab_specsmooth.compare.comparison import Comparison, Curve, Point, Row
 from meshlab_specsmooth.compare.competitors import Competitor, competitors
@@ -261,7 +261,7 @@ class _Bench:
             "flips": metrics.flipped(result, ruler.surface),
         }
         if not self.once:
-            values["intersections"] = 100 * self_intersections(result) / len(result.faces)
+            values["intersections"] = 100 * float(crossing_faces(result.vertices, result.faces).mean())
         rim = shape.boundary_length(self.given)
         if rim > 0:
             values["boundary"] = 100 * (shape.boundary_length(result) / rim - 1)

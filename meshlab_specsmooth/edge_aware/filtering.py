@@ -1,0 +1,67 @@
+"""The three steps: normals of the faces, their low-pass on the graph of faces, vertices that follow them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from meshlab_specsmooth.edge_aware.mesh import Mesh
+from meshlab_specsmooth.edge_aware.result import Setting
+from meshlab_specsmooth.graph.faces import FaceKernels
+from meshlab_specsmooth.spectral.progress import Progress
+from meshlab_specsmooth.surface import Floats
+
+# Width of the weights in space, in mean distances of neighbouring centroids: the ring of faces around one counts.
+_SPATIAL_WIDTH = 1.5
+_SWEEPS = 15
+# The solve is cut short where the normals are off by less than a thousandth: they are re-estimated in the next pass.
+_SOLVED_TO = 1e-3
+_MOST_ITERATIONS = 6
+
+
+def unit(X: Floats) -> Floats:
+    """(n, 3) rows of length one; zero where they are."""
+    length = np.sqrt(np.einsum("ij,ij->i", X, X))[:, None]
+    return np.asarray(np.divide(X, length, out=np.zeros_like(X), where=length > 0))
+
+
+def low_pass(
+    kernels: FaceKernels, centre: Floats, N: Floats, area: Floats, guide: Floats, strength: float, range_width: float
+) -> Floats:
+    """Unit normals (A + t L_w)^-1 A N."""
+    # the mean centroids of two equilateral triangles of edge 1 on an edge are 1 / sqrt(3) apart
+    near = 1.5 / _SPATIAL_WIDTH**2
+    alike = 0.5 / range_width**2
+    # a face of no area has no normal, but passes on those of its neighbours
+    a = np.maximum(area / max(area.mean(), np.finfo(float).tiny), 1e-9)
+    root = np.sqrt(a)
+    weight, degree = kernels.weigh(centre, guide, root, near, alike)
+    diagonal = a + strength * degree
+    return unit(kernels.solve(weight, diagonal, strength, a[:, None] * N, guide, _SOLVED_TO, _MOST_ITERATIONS))
+
+
+def passes_of(
+    mesh: Mesh, given: Floats, smoothed: Floats, start: str, strength: float, range_width: float
+) -> Iterator[Floats]:
+    """The vertices after each pass, without end."""
+    V = given if start == "given" else smoothed
+    guide = mesh.kernels.frames(smoothed)[1]
+    while True:
+        centre, N, area = mesh.kernels.frames(V)
+        N = low_pass(mesh.kernels, centre, N, area, guide, strength, range_width)
+        V = mesh.kernels.fit(V, N, mesh.pull, _SWEEPS)
+        yield V
+        guide = mesh.kernels.frames(V)[1]
+
+
+def filtered(mesh: Mesh, given: Floats, smoothed: Floats, setting: Setting, progress: Progress | None = None) -> Floats:
+    """What a setting makes of the given vertices."""
+    if setting.passes == 0:
+        return smoothed
+    path = passes_of(mesh, given, smoothed, setting.start, setting.strength, setting.range_width)
+    for count in range(1, setting.passes):
+        next(path)
+        if progress is not None:
+            progress(count / setting.passes)
+    return next(path)
