@@ -141,6 +141,19 @@ class Noise:
     covariance: Floats
     hit: float = 1.0
 
+    @property
+    def resolution(self) -> float:
+        """The least error that an estimate can tell from none, in mesh units: sqrt(level (high - level)).
+
+        An estimated squared error is off by about twice the level times what the level is off by.
+        """
+        return float(np.sqrt(self.level * (self.high - self.level)))
+
+    def told(self, error: float) -> str:
+        """An estimated error in words, in mean edges."""
+        edge = self.mean_edge or 1.0
+        return f"at most {self.resolution / edge:.3f}" if error < self.resolution else f"{error / edge:.3f}"
+
     def scaled(self, exponent: int, factor: float = 1.0) -> Noise:
         """The same noise with lengths times ``factor`` 2^exponent."""
         lengths = {

@@ -123,7 +123,8 @@ class SmoothingResult:
     noise : Noise or None
         What was measured of the input where the weight was chosen; None where it was given.
     estimated_error : float or None
-        Expected root mean square error along the normals, in mesh units, where the weight was chosen.
+        Expected root mean square error along the normals, in mesh units, where the weight was chosen. What is below
+        ``noise.resolution`` cannot be told from none; 0 where the estimate came out below zero.
     warning : str or None
         What the choice of a weight could not take into account, or that the cut-off leaves next to nothing to smooth.
     """

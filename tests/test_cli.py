@@ -58,8 +58,32 @@ def test_smooth_reads_smooths_and_writes(scan, tmp_path, capsys):
     assert written == pytest.approx(expected.vertices, abs=1e-6)
     printed = capsys.readouterr()
     assert "240 vertices" in printed.out
-    assert f"({expected.modes:.0f} modes)" in printed.out
+    assert f"--barycenter-weight 0.5 --response ideal --wavelength {expected.wavelength:.4g}" in printed.out
+    assert f"({expected.modes:.0f} modes kept)" in printed.out
     assert printed.err == ""
+
+
+def test_smooth_says_what_it_measured_and_chose_and_warns(scan, tmp_path, capsys):
+    V, F = meshset.pull(files.read(scan))
+    expected = mss.smooth(V, F)
+    assert main(["smooth", str(scan), str(tmp_path / "out.ply")]) == 0
+    printed = capsys.readouterr()
+    assert f"--barycenter-weight {expected.barycenter_weight:.4g}" in printed.out
+    noise = expected.noise
+    assert f"noise {noise.level / noise.mean_edge:.3f} mean edges ({noise.kind}), estimated error" in printed.out
+    assert printed.err == ""
+    assert main(["smooth", str(scan), str(tmp_path / "out.ply"), "--wavelength", "1%"]) == 0
+    assert "specsmooth: the wavelength is so short" in capsys.readouterr().err
+
+
+def test_a_point_cloud_is_refused_with_a_remedy(tmp_path, capsys):
+    points = tmp_path / "points.ply"
+    ms = pymeshlab.MeshSet()
+    ms.add_mesh(pymeshlab.Mesh(np.eye(3)))
+    ms.save_current_mesh(str(points))
+    assert main(["smooth", str(points), str(tmp_path / "out.ply")]) == 1
+    assert "reconstruct a surface from the points first" in capsys.readouterr().err
+    assert not (tmp_path / "out.ply").exists()
 
 
 def test_denoise_reads_denoises_and_writes_and_says_what_it_considered(scan, tmp_path, capsys):
@@ -92,7 +116,7 @@ def test_a_wavelength_is_a_number_or_a_percentage(scan, tmp_path, capsys, length
     assert main(["smooth", str(scan), str(tmp_path / "o.ply"), "--wavelength", length]) == 0
     ms = files.read(scan)
     wave = 2.5 if length == "2.5" else 0.25 * ms.current_mesh().bounding_box().diagonal()
-    assert f"longer than {wave:.4g} " in capsys.readouterr().out
+    assert f"--wavelength {wave:.4g} " in capsys.readouterr().out
 
 
 def test_input_and_output_may_be_the_same_file(scan):

@@ -255,6 +255,15 @@ def test_filter_is_the_function_and_crosses_itself_nowhere(smoothed):
     assert not mss.crossing_faces(smoothed.vertices, BOX[1]).any()
 
 
+def test_the_denoising_filter_is_the_function():
+    ms = pymeshlab.MeshSet()
+    ms.add_mesh(pymeshlab.Mesh(*NOISY))
+    output = mss.apply_coord_spectral_denoising(ms, favor="normals")
+    expected = mss.denoise(*NOISY, favor="normals")
+    assert apart(ms.current_mesh().vertex_matrix(), expected.vertices) < 1e-12
+    assert output["error"] == expected.error
+
+
 # the graph of faces
 
 

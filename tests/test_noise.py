@@ -244,3 +244,11 @@ def test_bad_parameters_are_refused(given):
 def test_bad_surfaces_are_refused():
     with pytest.raises(mss.InvalidSurface):
         mss.estimate_noise([[0, 0, np.nan]], [[0, 0, 0]])
+
+
+def test_an_error_that_cannot_be_told_from_none_is_not_called_zero():
+    noise = mss.estimate_noise(*noisy(TORUS, 0.2))
+    least, edge = noise.resolution, noise.mean_edge
+    assert 0 < least < 0.5 * noise.level
+    assert noise.told(0.0) == noise.told(0.9 * least) == f"at most {least / edge:.3f}"
+    assert noise.told(2 * least) == f"{2 * least / edge:.3f}"

@@ -24,7 +24,7 @@ from meshlab_specsmooth.bridge import scripts
 from meshlab_specsmooth.bridge.meshset import Change, by_place, in_one_pass, pull, verbosity_of, write
 from meshlab_specsmooth.bridge.parameters import RefusedParameter, resolve
 from meshlab_specsmooth.descriptors import Descriptor
-from meshlab_specsmooth.edge_aware import smooth_edge_aware
+from meshlab_specsmooth.edge_aware import EdgeAwareResult, denoise, smooth_edge_aware
 from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.memory import require
 from meshlab_specsmooth.smoothing import BYTES_PER_VERTEX, Prepared, SmoothingResult, assemble
@@ -212,10 +212,29 @@ def apply_coord_edge_aware_smoothing(
     >>> mss.apply_coord_edge_aware_smoothing(ms)["flips"]
     0
     """  # noqa: D205 (what it does stands in the descriptor)
-    vertices, faces = pull(ms)
-    given = {name: value for name, value in values.items() if value != 0}  # zero stands for "not given"
-    evidence = dict(vars(smooth_edge_aware(vertices, faces, **given, progress=part(progress, 0.0, _WRITING))))
-    return evidence, Change(vertices=in_one_pass(vertices, evidence.pop("vertices")))
+    return _moved_by_normals(ms, smooth_edge_aware, values, progress)
+
+
+@mesh_filter
+def apply_coord_spectral_denoising(
+    ms: pymeshlab.MeshSet, values: dict[str, Any], progress: Progress | None
+) -> tuple[dict[str, Any], Change]:
+    """
+    Returns
+    -------
+    dict
+        The evidence: all fields of :class:`meshlab_specsmooth.EdgeAwareResult` but the vertices.
+
+    Examples
+    --------
+    >>> import pymeshlab
+    >>> import meshlab_specsmooth as mss
+    >>> ms = pymeshlab.MeshSet()
+    >>> ms.create_cube()
+    >>> mss.apply_coord_spectral_denoising(ms)["noise"].kind
+    'none'
+    """  # noqa: D205 (what it does stands in the descriptor)
+    return _moved_by_normals(ms, denoise, values, progress)
 
 
 @mesh_filter
@@ -279,6 +298,16 @@ def _moved(
     require((BYTES_PER_VERTEX + _WRITING_BYTES_PER_VERTEX) * n, f"smoothing {n} vertices of a MeshSet")
     vertices, faces = pull(ms)
     evidence = dict(vars(_smoothed(ms, vertices, faces, method, values, progress)))
+    return evidence, Change(vertices=in_one_pass(vertices, evidence.pop("vertices")))
+
+
+def _moved_by_normals(
+    ms: pymeshlab.MeshSet, function: Callable[..., EdgeAwareResult], values: dict[str, Any], progress: Progress | None
+) -> tuple[dict[str, Any], Change]:
+    """The evidence as a dict, and the new vertices."""
+    vertices, faces = pull(ms)
+    given = {name: value for name, value in values.items() if value != 0}  # zero stands for "not given"
+    evidence = dict(vars(function(vertices, faces, **given, progress=part(progress, 0.0, _WRITING))))
     return evidence, Change(vertices=in_one_pass(vertices, evidence.pop("vertices")))
 
 

@@ -12,14 +12,16 @@ from meshlab_specsmooth.cli.progress import bar, say
 from meshlab_specsmooth.errors import SpecsmoothError
 
 _DESCRIPTOR = descriptors.load(FILTER)
+_DENOISING = "apply_coord_spectral_denoising"
 
 SUMMARY = "smooth many mesh files"
 DESCRIPTION = """Smooths many meshes as `specsmooth smooth` does one, each in a process that may die, on this machine or
-on a Dask cluster. What is done is recorded and skipped by the next run, so a run that was broken off, however, is gone
-on with by the same command. Writes summary.json and summary.csv, and with the extra `report` contact sheets of pictures
-before and after."""
+on a Dask cluster. What is done is recorded, and skipped by the next run: the same command goes on where a run was
+broken off. Writes summary.json and summary.csv, and with the extra `report` contact sheets of pictures before and
+after."""
 EXAMPLES = """examples:
   specsmooth batch scans/ --out smooth
+  specsmooth batch scans/ --out smooth --denoise
   specsmooth batch 'scans/**/*.ply' more/head.obj --out smooth --wavelength 20%
   specsmooth batch manifest.txt --out smooth --workers 4 --format ply
   specsmooth batch scans/ --out smooth --scheduler tcp://10.0.0.1:8786
@@ -67,6 +69,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=True,
         help="contact sheets, where the extra `report` is installed (default: True)",
     )
+    parser.add_argument(
+        "--denoise",
+        action="store_true",
+        help="as `specsmooth denoise` does, edge-aware or isotropic; of the options below it takes --favor alone",
+    )
     add_options(parser, _DESCRIPTOR)
 
 
@@ -76,6 +83,7 @@ def run(arguments: argparse.Namespace) -> None:
         summary = batch(
             arguments.inputs,
             arguments.out,
+            filter_name=_DENOISING if arguments.denoise else FILTER,
             scheduler=arguments.scheduler,
             workers=arguments.workers,
             time_limit=arguments.time_limit,
@@ -88,7 +96,7 @@ def run(arguments: argparse.Namespace) -> None:
         )
     counts = ", ".join(f"{count} {status}" for status, count in summary.counts.items())
     print(f"{counts}, {summary.seconds:.1f} s; {arguments.out}: summary.json, summary.csv", end="")
-    print(f", {len(summary.pictures)} contact sheets" if summary.pictures else "")
+    print(f", {len(summary.pictures)} contact sheet(s)" if summary.pictures else "")
     if not summary.is_complete:
         missing = sum(not outcome.is_there for outcome in summary.outcomes)
         raise SpecsmoothError(
@@ -102,9 +110,7 @@ def line(outcome: Outcome) -> str:
     if outcome.is_there:
         words.append(f" {outcome.vertices} vertices")
         if outcome.noise is not None:
-            words.append(f"noise {outcome.noise:.4g}")
-        if outcome.cutoff is not None:
-            words.append(f"cut-off {outcome.cutoff:.4g}")
+            words.append(f"noise {outcome.noise:.4g} in mesh units")
         if outcome.volume_change is not None:
             words.append(f"volume {100 * outcome.volume_change:+.3f} %")
         words.append(f"{outcome.seconds:.2f} s")

@@ -14,7 +14,7 @@ from meshlab_specsmooth.edge_aware import Considered, denoise
 from meshlab_specsmooth.edge_aware.result import DRAWN_IN
 from meshlab_specsmooth.surface import Floats, Integers
 
-_DESCRIPTOR = descriptors.load("apply_coord_edge_aware_smoothing")
+_DESCRIPTOR = descriptors.load("apply_coord_spectral_denoising")
 _SHOWN = 5
 
 SUMMARY = "smooth a mesh file by whatever has the least estimated error"
@@ -29,7 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of the subcommand."""
     parser.add_argument("input", metavar="IN", help="mesh to read, in any format that pymeshlab reads")
     parser.add_argument("output", metavar="OUT", help="mesh to write: whole or not at all, in the format of its ending")
-    add_options(parser, _DESCRIPTOR, only=("favor",))
+    add_options(parser, _DESCRIPTOR)
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -50,9 +50,9 @@ def run(arguments: argparse.Namespace) -> None:
     crossing, new = crossed(vertices, result.vertices, faces)
     print(f"  {crossing} faces of it run through others, {new} that did not before; {result.flips} are turned over")
     for row in result.considered[:_SHOWN]:
-        print(f"  {told(row):60} estimated error {row.error / edge:.4f} edges")
+        print(f"  {told(row):60} estimated error {result.noise.told(row.error)} mean edges")
     if len(result.considered) > _SHOWN:
-        print(f"  and {len(result.considered) - _SHOWN} more settings with a larger one")
+        print(f"  and {len(result.considered) - _SHOWN} more settings")
     if result.warning is not None:
         print(f"specsmooth: {result.warning}", file=sys.stderr)
 

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import argparse
+import sys
 import textwrap
 
 from meshlab_specsmooth import descriptors
-from meshlab_specsmooth.bridge import files, filters
+from meshlab_specsmooth.bridge import files, filters, meshset
 from meshlab_specsmooth.bridge.parameters import PyMeshLabException, resolve
 from meshlab_specsmooth.cli.options import add_options, given_parameters
 from meshlab_specsmooth.cli.progress import bar
 from meshlab_specsmooth.errors import InvalidParameter
+from meshlab_specsmooth.surface import Surface
 
 _DESCRIPTOR = descriptors.load("apply_coord_spectral_smoothing")
 
@@ -18,7 +20,7 @@ SUMMARY = "smooth a mesh file"
 DESCRIPTION = textwrap.fill(_DESCRIPTOR.help, 100)
 EXAMPLES = """examples:
   specsmooth smooth scan.ply smooth.ply
-  specsmooth smooth scan.ply smooth.obj --wavelength 2% --barycenter-weight 0.3
+  specsmooth smooth scan.ply smooth.obj --wavelength 20% --barycenter-weight 0.3
   specsmooth smooth scan.stl smooth.ply --modes 500 --response butterworth"""
 
 
@@ -33,6 +35,8 @@ def run(arguments: argparse.Namespace) -> None:
     """Read, smooth, write, and say what was done."""
     files.check_target(arguments.output)
     ms = files.read(arguments.input)
+    if ms.current_mesh().face_number() == 0:
+        Surface(*meshset.pull(ms))  # says what is wrong, and the remedy
     given = given_parameters(arguments, _DESCRIPTOR)
     try:
         resolve(_DESCRIPTOR, given, ms)
@@ -41,9 +45,20 @@ def run(arguments: argparse.Namespace) -> None:
     with bar("smoothing") as progress:
         report = filters.apply_coord_spectral_smoothing(ms, **given, progress=progress)
     files.write(ms, arguments.output, source=arguments.input)
+    edge, noise, modes = report["mean_edge"] or 1.0, report["noise"], round(report["modes"])
     print(
-        f"{arguments.output}: {ms.current_mesh().vertex_number()} vertices, kept waves longer than "
-        f"{report['wavelength']:.4g} ({report['modes']:.0f} modes), moved vertices by "
-        f"{report['displacement'] / report['mean_edge'] if report['mean_edge'] else 0:.3f} mean edges (RMS), "
-        f"residual {report['residual']:.0e}, {report['seconds']:.2f} s"
+        f"{arguments.output}: {ms.current_mesh().vertex_number()} vertices, moved by "
+        f"{report['displacement'] / edge:.3f} mean edges (RMS), {report['seconds']:.2f} s"
     )
+    print(
+        f"  --barycenter-weight {report['barycenter_weight']:.4g} --response {report['response'].partition('(')[0]} "
+        f"--wavelength {report['wavelength']:.4g} ({modes} mode{'' if modes == 1 else 's'} kept), residual "
+        f"{report['residual']:.0e}"
+    )
+    if noise is not None:
+        print(
+            f"  noise {noise.level / edge:.3f} mean edges ({noise.kind}), estimated error "
+            f"{noise.told(report['estimated_error'])}"
+        )
+    if report["warning"] is not None:
+        print(f"specsmooth: {report['warning']}", file=sys.stderr)

@@ -47,8 +47,9 @@ def run(arguments: argparse.Namespace) -> None:
     features = filters.features_of(ms, arguments.features)
     prepared = prepare(*meshset.pull(ms))
     least, most = WEIGHTS
-    weight = min(max(prepared.smooth().barycenter_weight, least), most)
-    first = Setting(DEFAULT_WAVELENGTH_IN_EDGES, weight, "gaussian", 1.0 if features is not None else 0.0)
+    chosen = prepared.smooth()
+    weight, response = min(max(chosen.barycenter_weight, least), most), chosen.response.partition("(")[0]
+    first = Setting(DEFAULT_WAVELENGTH_IN_EDGES, weight, response, 1.0 if features is not None else 0.0)
 
     def save_mesh(setting: Setting, result: SmoothingResult) -> str:
         changed = files.read(source)

@@ -39,7 +39,10 @@ class Setting:
 
 @dataclass(frozen=True)
 class Considered:
-    """A setting and its estimated root mean square error along the normals, in mesh units."""
+    """A setting and its estimated root mean square error along the normals, in mesh units.
+
+    What is below ``noise.resolution`` cannot be told from none; 0 where the estimate came out below zero.
+    """
 
     setting: Setting
     error: float
@@ -62,7 +65,8 @@ class EdgeAwareResult:
     barycenter_weight : float
         w of the isotropic guide.
     error : float
-        Estimated root mean square error along the normals, in mesh units; NaN where nothing was to be chosen.
+        Estimated root mean square error along the normals, in mesh units. What is below ``noise.resolution`` cannot be
+        told from none; 0 where the estimate came out below zero, NaN where nothing was to be chosen.
     considered : tuple of Considered
         All settings that were tried: the choice, then from the least error on. The choice is within 1 % of the least
         and lets the least noise through.

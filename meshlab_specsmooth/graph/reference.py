@@ -40,7 +40,7 @@ class ReferenceKernels:
     def differ(self, first: int, last: int, p: Floats, rows: Floats, kappa: float, z: Floats) -> None:  # noqa: D102
         for i, at in self._blocks(first, last):
             y = p[at] - self.walk[i] @ p
-            y *= _wide(rows[at] / self.degree[at])
+            y *= rows[at] / self.degree[at]
             z[at] = y if self.neighbours is not None else kappa * p[at] - y
 
     def gather(  # noqa: D102
@@ -59,35 +59,29 @@ class ReferenceKernels:
             t = self.walk[i] @ z
             if self.neighbours is None:
                 t += kappa * p[at] - z[at]
-                t *= _wide(self.degree[at])
+                t *= self.degree[at]
             else:
                 t = self.degree[at] * (z[at] - t) + kappa * (self.neighbours[i] @ p)
-            t += _wide(gram[at]) * p[at]
-            t *= _wide(free[at])
+            t += gram[at] * p[at]
+            t *= free[at]
             q[at] = t
-            t *= p[at]
-            sums[i] = _column_sums(t)
+            sums[i] = np.einsum("ij,ij->j", p[at], t)
 
     def descend(  # noqa: D102
         self, first: int, last: int, step: Floats, q: Floats, m: Floats, r: Floats, sums: Floats
     ) -> None:
-        steps = np.tile(step, (blocks.ROWS, 1))
         for i, at in self._blocks(first, last):
-            r[at] -= steps[: len(r[at])] * q[at]
-            square = r[at] * r[at]
-            sums[i, :3] = _column_sums(square)
-            square *= _wide(m[at])
-            sums[i, 3:] = _column_sums(square)
+            r[at] -= step * q[at]
+            sums[i, :3] = np.einsum("ij,ij->j", r[at], r[at])
+            sums[i, 3:] = np.einsum("ij,ij,ik->j", r[at], r[at], m[at])
 
     def turn(  # noqa: D102
         self, first: int, last: int, step: Floats, turn: Floats, m: Floats, r: Floats, x: Floats, p: Floats
     ) -> None:
-        steps, turns = (np.tile(factor, (blocks.ROWS, 1)) for factor in (step, turn))
         for _, at in self._blocks(first, last):
-            size = len(p[at])
-            x[at] += steps[:size] * p[at]
-            p[at] *= turns[:size]
-            p[at] += _wide(m[at]) * r[at]
+            x[at] += step * p[at]
+            p[at] *= turn
+            p[at] += m[at] * r[at]
 
     def squares(self, first: int, last: int, v: Floats, sums: Floats) -> None:  # noqa: D102
         for i, at in self._blocks(first, last):
@@ -101,22 +95,12 @@ class ReferenceKernels:
     def edge_lengths(self, first: int, last: int, X: Floats, sums: Floats) -> None:  # noqa: D102
         for i, at in self._blocks(first, last):
             start, *_, end = self.graph.indptr[at.start : at.stop + 1]
-            apart = X.take(self.graph.indices[start:end], axis=0)  # several times as fast as by brackets
+            apart = X[self.graph.indices[start:end]]
             apart -= np.repeat(X[at], np.diff(self.graph.indptr[at.start : at.stop + 1]), axis=0)
             sums[i] = np.sqrt(np.einsum("ij,ij->i", apart, apart)).sum()
 
     def _blocks(self, first: int, last: int) -> list[tuple[int, slice]]:
         return [(i, slice(i * blocks.ROWS, min((i + 1) * blocks.ROWS, len(self.degree)))) for i in range(first, last)]
-
-
-def _wide(column: Floats) -> Floats:
-    """(k, 1) values, three times side by side: numpy is several times as fast at products of equal shapes."""
-    return np.repeat(column, 3, axis=1)
-
-
-def _column_sums(table: Floats) -> list[float]:
-    """Sum of each column; numpy is several times as fast at one after the other as at rows of three."""
-    return [float(column.sum()) for column in table.T]
 
 
 def _by_blocks(M: csr_array) -> list[csr_array]:
