@@ -484,7 +484,7 @@ def test_a_line_is_one_line_whatever_the_file_is_called(tmp_path):
         assert line.encode()
         assert line.isprintable()
         assert r"a\nb\x1b[31m\udcff ü" in line
-    assert "noise 0.1 cut-off 0.2 volume -1.000 %" in lines[0]
+    assert "noise 0.1 in mesh units volume -1.000 %" in lines[0]
 
 
 @posix
