@@ -1,8 +1,17 @@
+import os
+
 import numpy as np
 import pymeshlab
 import pytest
 
 from tests.meshes import rough, sheet, torus
+
+
+@pytest.fixture
+def untraced(monkeypatch):
+    """Processes that a test starts and interrupts: coverage's lock is not made for that, and they might hang on it."""
+    for name in [name for name in os.environ if name.startswith("COVERAGE_")]:
+        monkeypatch.delenv(name)
 
 
 @pytest.fixture

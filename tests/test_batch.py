@@ -318,7 +318,7 @@ def assert_nothing_looks_finished_that_is_not(out):
 
 @posix
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
-def test_a_run_that_is_killed_is_gone_on_with(tmp_path, monkeypatch, number):
+def test_a_run_that_is_killed_is_gone_on_with(tmp_path, monkeypatch, untraced, number):
     inputs, out = scans(tmp_path / "in", 6, (60, 50)), tmp_path / "out"
     with subprocess.Popen(
         command(inputs, "--out", out, "--workers", 2, "--passes", 5), stdout=subprocess.PIPE, stderr=subprocess.PIPE

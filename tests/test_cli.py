@@ -289,15 +289,12 @@ sys.exit(main())
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
-def test_an_interrupt_at_any_moment_leaves_the_old_output_or_the_whole_new_one(tmp_path, monkeypatch):
+def test_an_interrupt_at_any_moment_leaves_the_old_output_or_the_whole_new_one(tmp_path, monkeypatch, untraced):
     places = {name: tmp_path / name for name in ("scan.ply", "expected.ply", "folder", "temporary")}
     folder, temporary = places["folder"], places["temporary"]
     folder.mkdir()
     temporary.mkdir()
     monkeypatch.setenv("TMPDIR", str(temporary))
-    # coverage's own lock is not made for interrupts: a child that is traced may hang on it
-    monkeypatch.delenv("COVERAGE_PROCESS_CONFIG", raising=False)
-    monkeypatch.delenv("COVERAGE_PROCESS_START", raising=False)
     files.write(meshset.new(*rough(torus(120, 80))), places["scan.ply"])
     waits = np.random.default_rng(3)
     usual, codes = 0.0, []

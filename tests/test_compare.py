@@ -219,7 +219,7 @@ def test_noise_that_no_estimate_is_made_for_has_no_winner_but_by_the_truth():
     V, F = torus(120, 80)
     ruler = Ruler.of(mss.Surface(V, F), mss.Surface(V, F))
     shared = np.random.default_rng(3).standard_normal(len(V))
-    for _ in range(8):
+    for _ in range(4):
         shared = ruler.walk @ shared
     X = V + 0.3 * ruler.edge / shared.std() * shared[:, None] * ruler.normals
     blind = mss.compare((X, F), filters=["umbrella", "taubin"])
