@@ -5,6 +5,7 @@ python3 scripts/test.py             everything
 python3 scripts/test.py PYTEST_ARGS pytest alone, with these arguments
 """
 
+import signal
 import subprocess
 import sys
 
@@ -23,6 +24,10 @@ CHECKS = {
 
 
 def main() -> int:
+    # in the background (nohup, &) they are ignored, and the tests' processes would inherit that
+    for name, handler in (("SIGINT", signal.default_int_handler), ("SIGHUP", signal.SIG_DFL)):
+        if hasattr(signal, name):  # Windows has no SIGHUP
+            signal.signal(getattr(signal, name), handler)
     checks = {"tests": ["pytest", *sys.argv[1:]]} if sys.argv[1:] else CHECKS
     failed = []
     for name, command in checks.items():
