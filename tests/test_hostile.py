@@ -300,7 +300,9 @@ def test_a_batch_of_strangers_is_a_line_each(tmp_path):
     files.write(meshset.new(*torus(8, 6)), inputs / "fine.ply")
     shutil.copy(inputs / "fine.ply", inputs / "fine too.ply")
     summary = mss.batch([inputs, inputs / "garbage.xyzzy"], tmp_path / "out", pictures=False, workers=1)
-    assert summary.counts == {"done": 2, "failed": len(REFUSED)}
+    # pymeshlab's readers may write where they should not: of that a process dies, or does not
+    assert set(summary.counts) <= {"done", "failed", "crashed"}
+    assert summary.counts["done"] == len(summary.outcomes) - len(REFUSED) == 2
     assert all(outcome.reason for outcome in summary.outcomes if not outcome.is_there)
     assert {path.name for path in (tmp_path / "out").glob("*.*") if "specsmooth" not in path.name} == {
         "fine.ply",

@@ -291,4 +291,4 @@ def test_an_interrupt_at_any_moment_leaves_the_meshset_as_it_was(seed, untraced)
     assert done.returncode == 0, done.stderr
     inside, after = map(int, done.stdout.splitlines()[-1].split())  # pymeshlab prints as well
     assert inside + after == trials
-    assert inside > trials / 3
+    assert inside > trials / 5
