@@ -150,3 +150,15 @@ def band(low: Response, high: Response) -> Response:
     array([0., 1., 0.])
     """
     return high * ~low
+
+
+def name_of(label: str) -> str:
+    """The name of a response that :func:`response` made, from its label.
+
+    Examples
+    --------
+    >>> from meshlab_specsmooth.response import name_of, response
+    >>> name_of(response("heat", 0.1).label)
+    'heat'
+    """
+    return label.partition("(")[0]

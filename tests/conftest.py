@@ -9,7 +9,10 @@ from tests.meshes import rough, sheet, torus
 
 @pytest.fixture
 def untraced(monkeypatch):
-    """Processes that a test starts and interrupts: coverage's lock is not made for that, and they might hang on it."""
+    """For processes that a test starts and interrupts, kills, or leaves no disk to write on.
+
+    Coverage's lock is not made for interrupts, and they might hang on it; and it writes files, too.
+    """
     for name in [name for name in os.environ if name.startswith("COVERAGE_")]:
         monkeypatch.delenv(name)
 

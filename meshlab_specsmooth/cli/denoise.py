@@ -8,7 +8,7 @@ import sys
 from meshlab_specsmooth import descriptors
 from meshlab_specsmooth.bridge import files, meshset
 from meshlab_specsmooth.bridge.measures import crossing_faces
-from meshlab_specsmooth.cli.options import add_options
+from meshlab_specsmooth.cli.options import add_files, add_options
 from meshlab_specsmooth.cli.progress import bar
 from meshlab_specsmooth.edge_aware import Considered, denoise
 from meshlab_specsmooth.edge_aware.result import DRAWN_IN
@@ -27,8 +27,7 @@ EXAMPLES = """examples:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of the subcommand."""
-    parser.add_argument("input", metavar="IN", help="mesh to read, in any format that pymeshlab reads")
-    parser.add_argument("output", metavar="OUT", help="mesh to write: whole or not at all, in the format of its ending")
+    add_files(parser)
     add_options(parser, _DESCRIPTOR)
 
 

@@ -9,6 +9,17 @@ from typing import Any
 from meshlab_specsmooth.descriptors import Descriptor, Length, Parameter
 
 
+def add_files(parser: argparse.ArgumentParser) -> None:
+    """The mesh that is read, and the one that is written."""
+    add_input(parser, "IN")
+    parser.add_argument("output", metavar="OUT", help="mesh to write: whole or not at all, in the format of its ending")
+
+
+def add_input(parser: argparse.ArgumentParser, metavar: str) -> None:
+    """The mesh that is read."""
+    parser.add_argument("input", metavar=metavar, help="mesh to read, in any format that pymeshlab reads")
+
+
 def add_options(parser: argparse.ArgumentParser, descriptor: Descriptor, only: Collection[str] | None = None) -> None:
     """One option a parameter, or some of them: same name, type, choices, default and help as everywhere else."""
     for parameter in _parameters(descriptor, only):

@@ -6,6 +6,7 @@ import argparse
 
 from meshlab_specsmooth.bridge import files, scripts
 from meshlab_specsmooth.bridge.filters import FILTERS
+from meshlab_specsmooth.cli.options import add_files
 
 SUMMARY = "apply a filter script to a mesh file"
 DESCRIPTION = """Applies a MeshLab filter script (.mlx), of MeshLab's filters, ours, or both, to a mesh file. Nothing
@@ -17,8 +18,7 @@ EXAMPLES = """examples:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of the subcommand."""
     parser.add_argument("script", metavar="SCRIPT", help="filter script, as MeshLab or save_filter_script writes it")
-    parser.add_argument("input", metavar="IN", help="mesh to read, in any format that pymeshlab reads")
-    parser.add_argument("output", metavar="OUT", help="mesh to write: whole or not at all, in the format of its ending")
+    add_files(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:

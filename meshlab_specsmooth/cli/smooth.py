@@ -9,9 +9,10 @@ import textwrap
 from meshlab_specsmooth import descriptors
 from meshlab_specsmooth.bridge import files, filters, meshset
 from meshlab_specsmooth.bridge.parameters import PyMeshLabException, resolve
-from meshlab_specsmooth.cli.options import add_options, given_parameters
+from meshlab_specsmooth.cli.options import add_files, add_options, given_parameters
 from meshlab_specsmooth.cli.progress import bar
 from meshlab_specsmooth.errors import InvalidParameter
+from meshlab_specsmooth.response import name_of
 from meshlab_specsmooth.surface import Surface
 
 _DESCRIPTOR = descriptors.load("apply_coord_spectral_smoothing")
@@ -26,8 +27,7 @@ EXAMPLES = """examples:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of the subcommand."""
-    parser.add_argument("input", metavar="IN", help="mesh to read, in any format that pymeshlab reads")
-    parser.add_argument("output", metavar="OUT", help="mesh to write: whole or not at all, in the format of its ending")
+    add_files(parser)
     add_options(parser, _DESCRIPTOR)
 
 
@@ -51,7 +51,7 @@ def run(arguments: argparse.Namespace) -> None:
         f"{report['displacement'] / edge:.3f} mean edges (RMS), {report['seconds']:.2f} s"
     )
     print(
-        f"  --barycenter-weight {report['barycenter_weight']:.4g} --response {report['response'].partition('(')[0]} "
+        f"  --barycenter-weight {report['barycenter_weight']:.4g} --response {name_of(report['response'])} "
         f"--wavelength {report['wavelength']:.4g} ({modes} mode{'' if modes == 1 else 's'} kept), residual "
         f"{report['residual']:.0e}"
     )

@@ -13,10 +13,10 @@ from pathlib import Path
 from meshlab_specsmooth import descriptors
 from meshlab_specsmooth.bridge import files, filters, meshset
 from meshlab_specsmooth.bridge.parameters import PyMeshLabException, resolve
-from meshlab_specsmooth.cli.options import add_options, given_parameters
+from meshlab_specsmooth.cli.options import add_input, add_options, given_parameters
 from meshlab_specsmooth.errors import FileError, InvalidParameter, MissingExtra
 from meshlab_specsmooth.report.spectrum_plot import spectrum_plot
-from meshlab_specsmooth.response import response
+from meshlab_specsmooth.response import name_of, response
 from meshlab_specsmooth.spectrum import Spectrum, spectrum
 
 _SPECTRUM = descriptors.load("get_spectrum")
@@ -35,7 +35,7 @@ EXAMPLES = """examples:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of the subcommand."""
-    parser.add_argument("input", metavar="MESH", help="mesh to read, in any format that pymeshlab reads")
+    add_input(parser, "MESH")
     parser.add_argument("--out", metavar="DIR", default="spectrum", help="folder for the files (default: spectrum)")
     add_options(parser, _SPECTRUM)
     add_options(parser, _SMOOTHING, only=_SHOWN)
@@ -68,7 +68,7 @@ def run(arguments: argparse.Namespace) -> None:
         f"barycentre weight {chosen['barycenter_weight']:.3g}\n"
         f"figures: {out / 'spectrum.json'}, {out / 'spectrum.csv'}"
     )
-    low_pass = response(chosen["response"].partition("(")[0], chosen["cutoff"])
+    low_pass = response(name_of(chosen["response"]), chosen["cutoff"])
     try:
         spectrum_plot(
             out / "spectrum.png", measured, edge, low_pass, chosen["barycenter_weight"], Path(arguments.input).name

@@ -9,8 +9,9 @@ from typing import Any
 from meshlab_specsmooth import descriptors
 from meshlab_specsmooth.bridge import files, filters, meshset, scripts
 from meshlab_specsmooth.bridge.parameters import resolve
-from meshlab_specsmooth.cli.options import add_options
+from meshlab_specsmooth.cli.options import add_input, add_options
 from meshlab_specsmooth.report.window import WEIGHTS, Setting, tune
+from meshlab_specsmooth.response import name_of
 from meshlab_specsmooth.smoothing import DEFAULT_WAVELENGTH_IN_EDGES, SmoothingResult, prepare
 
 _DESCRIPTOR = descriptors.load("apply_coord_spectral_smoothing")
@@ -28,7 +29,7 @@ EXAMPLES = """examples:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of the subcommand."""
-    parser.add_argument("input", metavar="MESH", help="mesh to read, in any format that pymeshlab reads")
+    add_input(parser, "MESH")
     parser.add_argument("--out", metavar="FILE", help="what the mesh is saved as (default: MESH-smooth.ply)")
     parser.add_argument("--script", metavar="FILE", help="what the script is saved as (default: MESH-smooth.mlx)")
     parser.add_argument("--screenshot", metavar="FILE", help="write a PNG of the window instead; needs no display")
@@ -48,7 +49,7 @@ def run(arguments: argparse.Namespace) -> None:
     prepared = prepare(*meshset.pull(ms))
     least, most = WEIGHTS
     chosen = prepared.smooth()
-    weight, response = min(max(chosen.barycenter_weight, least), most), chosen.response.partition("(")[0]
+    weight, response = min(max(chosen.barycenter_weight, least), most), name_of(chosen.response)
     first = Setting(DEFAULT_WAVELENGTH_IN_EDGES, weight, response, 1.0 if features is not None else 0.0)
 
     def save_mesh(setting: Setting, result: SmoothingResult) -> str:

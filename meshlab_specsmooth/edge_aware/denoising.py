@@ -16,6 +16,7 @@ from meshlab_specsmooth.edge_aware.result import DRAWN_IN, Considered, EdgeAware
 from meshlab_specsmooth.edge_aware.search import Fixed, Row, drawn_in, estimate_on, guide_weight, ranked, searched
 from meshlab_specsmooth.memory import require
 from meshlab_specsmooth.noise import IMPULSE, NONE, Noise, measure, nothing, sheet
+from meshlab_specsmooth.smoothing import with_sides
 from meshlab_specsmooth.spectral.progress import Progress, part
 from meshlab_specsmooth.surface import Integers, Surface
 
@@ -106,7 +107,7 @@ def denoised(
 def _used(F: Integers, n: int) -> tuple[Integers, Integers]:
     """The vertices that have an edge, and the faces of those alone, by their numbers among them."""
     used = np.zeros(n, dtype=np.bool_)
-    used[F[(F[:, 0] != F[:, 1]) | (F[:, 1] != F[:, 2])].ravel()] = True
+    used[with_sides(F)] = True
     at = np.cumsum(used, dtype=np.int32) - np.int32(1)
     return np.flatnonzero(used).astype(np.int32), np.ascontiguousarray(at[F[used[F].all(axis=1)]])
 

@@ -6,9 +6,9 @@ import functools
 
 import numba
 import numpy as np
-import numpy.typing as npt
 
 from meshlab_specsmooth.graph import blocks
+from meshlab_specsmooth.graph.build import Neighbours
 from meshlab_specsmooth.surface import Integers
 
 _compiled = functools.partial(numba.njit, nogil=True, cache=True)
@@ -17,7 +17,7 @@ _compiled = functools.partial(numba.njit, nogil=True, cache=True)
 _SHORT = 32
 
 
-def neighbours(F: Integers, n: int) -> tuple[Integers, Integers, npt.NDArray[np.int64], Integers]:
+def neighbours(F: Integers, n: int) -> Neighbours:
     """What :func:`meshlab_specsmooth.graph.build.of_mesh` makes of the sides of faces.
 
     Returns
