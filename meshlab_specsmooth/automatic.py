@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from meshlab_specsmooth.graph import blocks
 from meshlab_specsmooth.graph.laplacian import Laplacian
 from meshlab_specsmooth.noise import (
     CORRELATED,
@@ -36,7 +37,7 @@ from meshlab_specsmooth.noise import (
 from meshlab_specsmooth.operators import Gram
 from meshlab_specsmooth.reconstruction import passed_on
 from meshlab_specsmooth.spectral.design import design
-from meshlab_specsmooth.surface import Floats, Integers
+from meshlab_specsmooth.surface import Booleans, Floats, Integers
 
 FAVORS = ("position", "normals")
 
@@ -115,11 +116,11 @@ class LowPass:
     name: str
     shortest: float
 
-    def removed(self, on: Sheet, X: Floats, weight: float) -> Floats:
-        """(h(L) - 1) L X, as well as a reconstruction with a weight of ``weight`` or more sees it."""
+    def removing(self, on: Sheet, weight: float) -> Callable[[Floats], Floats]:
+        """(h(L) - 1) L X of X, as well as a reconstruction with a weight of ``weight`` or more sees it."""
         if self.shortest > 2 * np.sqrt(on.L.size):  # no wave fits on the mesh: only constants are kept
-            return np.asarray(-(on.L @ X))
-        designed = design(
+            return lambda X: -(on.L @ X)
+        filter_ = design(
             on.L,
             self.shortest,
             by="wavelength",
@@ -127,9 +128,13 @@ class LowPass:
             method="chebyshev",
             tolerance=_TOLERANCE,
             passed_on=lambda eigenvalues: passed_on(eigenvalues, weight),
-        )
-        delta = on.L @ X
-        return np.asarray(designed.filter.apply(on.L, delta) - delta)
+        ).filter
+
+        def removed(X: Floats) -> Floats:
+            delta = on.L @ X
+            return np.asarray(filter_.apply(on.L, delta) - delta)
+
+        return removed
 
 
 def choose(
@@ -164,27 +169,31 @@ def choose(
 
 def choose_on(on: Sheet, measured: Measured, favor: str, low_pass: LowPass, is_large: bool = False) -> Choice:
     """The same for a sheet whose noise is known, which stands for a large mesh or not."""
-    noise, n = measured.noise, measured.normals
-    if noise.level <= _NOTHING * on.mean_edge:
-        return Choice(weight_for(0.0), noise.level**2, noise, low_pass.name)
-    z = realisation(on, n, noise) * (_NORMALS if favor == "normals" else 1.0)
+    found, n = measured.noise, measured.normals
+    if found.level <= _NOTHING * on.mean_edge:
+        return Choice(weight_for(0.0), found.level**2, found, low_pass.name)
+    z = realisation(on, n, found) * (_NORMALS if favor == "normals" else 1.0)
     inner = on.inner
     energy = float((z[inner] ** 2).mean())
 
-    guess = weight_for(noise.level / on.mean_edge)
+    guess = weight_for(found.level / on.mean_edge)
     lowest = max(guess / _FINEST, LEAST_WEIGHT)
     least_weight = max(guess / (_NORMALS if favor == "normals" else 1.0), lowest) if is_large else LEAST_WEIGHT
-    of_shape, of_noise = (low_pass.removed(on, X, lowest) for X in (on.positions, z))
+    removed = low_pass.removing(on, lowest)
+    of_shape, of_noise = blocks.both(lambda: removed(on.positions), lambda: removed(z))
 
     def risk(log_weight: float) -> float:
         weight = float(np.exp(log_weight))
-        moved = ((rebuilt(on.L, on.gram, on.positions, weight, of_shape) - on.positions) * n).sum(axis=1)[inner]
-        kept = float((z * rebuilt(on.L, on.gram, z, weight, of_noise))[inner].mean())
-        return float((moved**2).mean()) - energy + 2 * kept
+        shape, noise = blocks.both(
+            lambda: rebuilt(on.L, on.gram, on.positions, weight, of_shape),
+            lambda: rebuilt(on.L, on.gram, z, weight, of_noise),
+        )
+        moved = ((shape - on.positions) * n).sum(axis=1)[inner]
+        return float((moved**2).mean()) - energy + 2 * float((z * noise)[inner].mean())
 
     log_weight, least = _least(risk, float(np.log(guess)), _ALIKE if favor == "position" else 0.0, least_weight)
     weight = float(np.clip(np.exp(log_weight), least_weight, MOST_WEIGHT))
-    return Choice(weight, least, noise, low_pass.name, warning_of(noise))
+    return Choice(weight, least, found, low_pass.name, warning_of(found))
 
 
 def _least(risk: Callable[[float], float], start: float, alike: float, lowest: float) -> tuple[float, float]:
@@ -267,28 +276,28 @@ def part_of(positions: Floats, faces: Integers, L: Laplacian) -> Sheet:
     """The mesh, or connected patches that stand for it where it is large."""
     if len(positions) <= _WHOLE:
         return sheet(positions, faces)
-    starts = np.random.default_rng(_PATCH_SEED).permutation(len(positions))[:_PATCHES]
+    starts = np.random.default_rng(_PATCH_SEED).choice(len(positions), _PATCHES, replace=False)
     chosen = np.zeros(len(positions), dtype=np.bool_)
     for start in starts:
-        chosen[_around(L, int(start))] = True
+        chosen |= _around(L, int(start))
     kept = faces[chosen[faces[:, 0]]]  # few are left to look at
     kept = kept[chosen[kept].all(axis=1)]
     at, numbered = np.unique(kept, return_inverse=True)
     return sheet(positions[at], numbered.reshape(-1, 3).astype(np.int32))
 
 
-def _around(L: Laplacian, start: int) -> Integers:
-    """The vertices nearest to one, breadth first."""
+def _around(L: Laplacian, start: int) -> Booleans:
+    """The vertices nearest to one, ring by ring."""
     first, neighbours = L.graph.indptr, L.graph.indices
-    seen = {start}
-    reached, ring = [start], [start]
-    while ring and len(reached) < _PATCH:
-        following = []
-        for i in ring:
-            for j in neighbours[first[i] : first[i + 1]].tolist():
-                if j not in seen:
-                    seen.add(j)
-                    following.append(j)
-        reached += following
-        ring = following
-    return np.array(reached, dtype=np.int32)
+    reached = np.zeros(L.size, dtype=np.bool_)
+    ring, count = np.array([start]), 0
+    while len(ring):
+        reached[ring] = True
+        count += len(ring)
+        if count >= _PATCH:
+            break
+        degree = first[ring + 1] - first[ring]
+        begin = np.cumsum(degree) - degree
+        beyond = neighbours[np.repeat(first[ring] - begin, degree) + np.arange(degree.sum())]
+        ring = np.unique(beyond[~reached[beyond]])
+    return reached

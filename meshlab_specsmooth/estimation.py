@@ -47,7 +47,7 @@ def estimate_noise(vertices: npt.ArrayLike, faces: npt.ArrayLike) -> Noise:
     'none'
     """
     mesh = assemble(vertices, faces, "uniform")
-    on = part_of(mesh.positions, mesh.renumbered_faces(), mesh.L)
+    on = part_of(mesh.positions, mesh.faces, mesh.L)
     return measure(on).noise.scaled(mesh.exponent)
 
 
@@ -235,7 +235,7 @@ def prepare_error(
     if isinstance(probes, bool) or not isinstance(probes, int | np.integer) or probes < 1:
         raise InvalidParameter(f"probes is {probes!r}; it must be a whole number of 1 or more")
     mesh = assemble(vertices, faces, "uniform")
-    on = sheet(mesh.positions, mesh.renumbered_faces())
+    on = sheet(mesh.positions, mesh.faces)
     found = measure(on)
     taken, n = found.noise, found.normals
     if isinstance(noise, Noise):

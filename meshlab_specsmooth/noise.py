@@ -18,6 +18,7 @@ import numpy as np
 from scipy.sparse import csr_array, eye_array
 from scipy.special import ndtr
 
+from meshlab_specsmooth.graph import blocks
 from meshlab_specsmooth.graph.build import of_mesh
 from meshlab_specsmooth.graph.laplacian import Laplacian, laplacian
 from meshlab_specsmooth.operators import Gram, gram_of_barycenters
@@ -238,30 +239,25 @@ def measure(on: Sheet) -> Measured:
     if on.mean_edge == 0 or len(on.positions) < _FEWEST:
         # too little to tell noise from shape
         return Measured(nothing(on.mean_edge), normals(on.positions, on.faces))
-    X, L = on.positions, on.L
-    rows, peakedness = _rows(L)
-    twice = L @ (L @ X)
-    level, guide = 0.3 * on.mean_edge, normals(X, on.faces)
-    for _ in range(3):  # the level settles in two
-        weight = min(weight_for(level / on.mean_edge), 1.0)  # a guide is smooth in any case
-        guide = normals(rebuilt(L, on.gram, X, max(weight, 0.1)), on.faces)
-        residual = (twice * guide).sum(axis=1) / rows
-        level = float(np.median(np.abs(residual[on.inner]))) / _MEDIAN
-    orders, bands = _levels(on, guide)
+    white = np.random.default_rng(_SEED).standard_normal(on.positions.shape)
+    (level, guide, residual, peakedness), (through, of_white) = blocks.both(
+        lambda: _followed(on), lambda: [_scales(on.L, X) for X in (on.positions, white)]
+    )
+    orders, bands = (_levels(on, guide, *pair) for pair in zip(through, of_white, strict=True))
     residual = residual[on.inner]
     covariance, spread = _covariance(residual**2, guide[on.inner], level)
     scale = max(level, np.finfo(np.float64).tiny)
     square = float((residual**2).mean())
     kurtosis = float((residual**4).mean()) / square**2 - 3 if square > 0 else 0.0
     outliers = float((np.abs(residual) > 3 * scale).mean())
-    white, shared = _parts(on, bands)
+    alone, shared = _parts(on, bands, of_white[1])
     share = _share_of_noise(bands)
     kind = _kind(level, spread, share, orders, bands, shared, covariance, on)
     spread, covariance = share * spread, share**2 * covariance
     fraction = _SPREAD / np.sqrt(len(residual))
-    rounding = _rounding(X)
+    rounding = _rounding(on.positions)
     expected = float(np.sqrt((guide[on.inner] ** 2 @ rounding**2).mean()))
-    seen = _mean_square_level(on, guide)
+    seen = _mean_square_level(on, guide, through[0][-1], of_white[0][-1])
     if kind != CORRELATED and NEGLIGIBLE * on.mean_edge < expected and 0.5 * expected < seen < 2 * expected:
         # what is rounded to a lattice has a known error, but no normal distribution: much of it stays in place
         kind, spread, covariance = QUANTISED, expected, np.diag(rounding**2)
@@ -273,7 +269,7 @@ def measure(on: Sheet) -> Measured:
         # few vertices carry the variance
         fraction *= np.sqrt(1 + max(kurtosis, 0.0) / 2)
     if kind == CORRELATED:
-        spread, low, high = float(np.hypot(white, shared)), 0.5, 2.0
+        spread, low, high = float(np.hypot(alone, shared)), 0.5, 2.0
     else:
         shared = 0.0
         width = float(np.hypot(2 * fraction, _SYSTEMATIC))
@@ -296,6 +292,23 @@ def measure(on: Sheet) -> Measured:
     return Measured(noise, guide)
 
 
+def _followed(on: Sheet) -> tuple[float, Floats, Floats, float]:
+    """Level, guide, residual along it, and the mean of sum h^4 / (sum h^2)^2 for the rows h of L^2.
+
+    What is smoothed as much as the level asks for guides to the next level, which settles in two.
+    """
+    X, L = on.positions, on.L
+    rows, peakedness = _rows(L)
+    twice = L @ (L @ X)
+    level = 0.3 * on.mean_edge
+    for _ in range(3):
+        weight = min(weight_for(level / on.mean_edge), 1.0)  # a guide is smooth in any case
+        guide = normals(rebuilt(L, on.gram, X, max(weight, 0.1)), on.faces)
+        residual = (twice * guide).sum(axis=1) / rows
+        level = float(np.median(np.abs(residual[on.inner]))) / _MEDIAN
+    return level, guide, residual, peakedness
+
+
 def nothing(mean_edge: float) -> Noise:
     """No noise, on a mesh with edges of that length."""
     return Noise(0.0, 0.0, 0.0, NONE, mean_edge, (0.0,) * ORDERS, (0.0,) * BANDS, 0.0, 0.0, 0.0, np.zeros((3, 3)))
@@ -311,44 +324,42 @@ def _rows(L: Laplacian) -> tuple[Floats, float]:
     return np.sqrt(sums), float((fourth / sums**2).mean())
 
 
-def _levels(on: Sheet, guide: Floats) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Levels by order of L and by band, against white noise that goes the same way."""
-    white = np.random.default_rng(_SEED).standard_normal(on.positions.shape)
+def _levels(on: Sheet, guide: Floats, through: list[Floats], of_white: list[Floats]) -> tuple[float, ...]:
+    """Levels of what comes through filters, against white noise that goes the same way."""
 
-    def level(given: Floats, probe: Floats) -> float:
+    def level(given: Floats, white: Floats) -> float:
         along = np.abs((given * guide).sum(axis=1))[on.inner]
-        return float(np.median(along) / max(np.median(np.abs(probe[on.inner])), np.finfo(np.float64).tiny))
+        return float(np.median(along) / max(np.median(np.abs(white[on.inner])), np.finfo(np.float64).tiny))
 
-    orders = [level(*pair) for pair in zip(_powers(on.L, on.positions), _powers(on.L, white), strict=True)]
-    bands = [level(*pair) for pair in zip(_bands(on.L, on.positions), _bands(on.L, white), strict=True)]
-    return tuple(orders), tuple(bands)
+    return tuple(level(*pair) for pair in zip(through, of_white, strict=True))
 
 
-def _powers(L: Laplacian, X: Floats) -> list[Floats]:
-    """L X, L^2 X, L^3 X, L^4 X."""
-    powers = []
-    for _ in range(ORDERS):
-        X = L @ X
-        powers.append(X)
-    return powers
+def _scales(L: Laplacian, X: Floats) -> tuple[list[Floats], list[Floats]]:
+    """Powers of L of X, and bands."""
+    powers = [L @ X]
+    while len(powers) < ORDERS:
+        powers.append(L @ powers[-1])
+    return powers, _bands(L, X, BANDS)
 
 
-def _bands(L: Laplacian, X: Floats) -> list[Floats]:
-    """W^(k - 1) (I - W^k)^2 X for k = 1, 2, 4, ..."""
-    return [_band(L, X, 2**k) for k in range(BANDS)]
-
-
-def _band(L: Laplacian, X: Floats, k: int) -> Floats:
-    Y = _walked(L, X, k - 1)
-    for _ in range(2):
-        Y = Y - _walked(L, Y, k)
-    return Y
+def _bands(L: Laplacian, X: Floats, count: int) -> list[Floats]:
+    """W^(k - 1) (I - W^k)^2 X for k = 1, 2, 4, ..., so many, on one walk."""
+    bands = [np.zeros_like(X) for _ in range(count)]
+    shares = [{k - 1: 1.0, 2 * k - 1: -2.0, 3 * k - 1: 1.0} for k in (2**i for i in range(count))]
+    for steps in range(max(shares[-1]) + 1):
+        for band, share in zip(bands, shares, strict=True):
+            if steps in share:
+                band += share[steps] * X
+        X = _walked(L, X, 1)
+    return bands
 
 
 def _walked(L: Laplacian, X: Floats, steps: int) -> Floats:
     """W^steps X."""
     for _ in range(steps):
-        X = X - 0.5 * (L @ X)
+        before = np.zeros_like(X)
+        L.step(X, X, before, factor=-0.5, share=0.5)
+        X = before
     return X
 
 
@@ -358,21 +369,18 @@ def _shared(L: Laplacian, white: Floats) -> Floats:
     return np.asarray(walked / np.sqrt((walked**2).mean()))
 
 
-def _parts(on: Sheet, bands: tuple[float, ...]) -> tuple[float, float]:
+def _parts(on: Sheet, bands: tuple[float, ...], of_white: list[Floats]) -> tuple[float, float]:
     """Standard deviations of the white noise and of what neighbours share, which is 0 if the noise is white."""
     first = bands[0] ** 2
     second, third = (max(bands[i] ** 2 - (bands[i + 1] / _FALLS[i - 1]) ** 2, 0.0) for i in (1, 2))
     if second <= _MORE_THAN_FIRST * first or third <= _MORE_THAN_SECOND * second:
         return bands[0], 0.0
-    white, other = (np.random.default_rng(_SEED + k).standard_normal(on.positions.shape) for k in range(2))
-    shared = _shared(on.L, other)
-
-    def share(k: int) -> float:
-        """Of the variance of shared noise in a band, against white noise."""
-        return float((_band(on.L, shared, k)[on.inner] ** 2).mean() / (_band(on.L, white, k)[on.inner] ** 2).mean())
-
-    # two bands, two unknowns; the first bounds the white part
-    of_second, of_third = share(2), share(4)
+    shared = _shared(on.L, np.random.default_rng(_SEED + 1).standard_normal(on.positions.shape))
+    # its variance in the bands, against white noise; two bands, two unknowns; the first bounds the white part
+    of_second, of_third = (
+        float((other[on.inner] ** 2).mean() / (white[on.inner] ** 2).mean())
+        for other, white in list(zip(_bands(on.L, shared, 3), of_white, strict=False))[1:]
+    )
     variance = max((third - second) / (of_third - of_second), 0.0)
     even = min(max(second - variance * of_second, 0.0), first)
     return float(np.sqrt(even)), float(np.sqrt(variance))
@@ -411,11 +419,10 @@ def _covariance(squares: Floats, along: Floats, level: float) -> tuple[Floats, f
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]), float(np.sqrt(max(variance.mean(), 0.0)))
 
 
-def _mean_square_level(on: Sheet, guide: Floats) -> float:
+def _mean_square_level(on: Sheet, guide: Floats, highest: Floats, of_white: Floats) -> float:
     """Level by the mean square in L^4, which sees impulses in full and of shape the least."""
-    white = np.random.default_rng(_SEED).standard_normal(on.positions.shape)
-    along = (_powers(on.L, on.positions)[-1] * guide).sum(axis=1)[on.inner]
-    return float(np.sqrt((along**2).mean() / (_powers(on.L, white)[-1][on.inner] ** 2).mean()))
+    along = (highest * guide).sum(axis=1)[on.inner]
+    return float(np.sqrt((along**2).mean() / (of_white[on.inner] ** 2).mean()))
 
 
 def _rounding(X: Floats) -> Floats:

@@ -11,9 +11,12 @@ but zero is in that of C, so the system is positive definite for every w > 0.
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
+from scipy.sparse import csr_array
 
 from meshlab_specsmooth.errors import NotConverged
 from meshlab_specsmooth.graph import blocks
@@ -99,6 +102,12 @@ class _NormalMatrix:
     free: Floats
     rows: Floats
 
+    @functools.cached_property
+    def odd(self) -> tuple[npt.NDArray[np.int64], csr_array]:
+        """Vertices at edges that have not two faces, and their rows of what G has there besides."""
+        at = np.flatnonzero(np.diff(self.gram.odd.indptr))
+        return at, self.gram.odd[at].multiply(self.free[at]).tocsr()
+
     def times(self, p: Floats, z: Floats, q: Floats) -> Floats:
         """``q`` becomes A p, with ``z`` for scratch; returns (3,) p . q."""
         n, kernels, gram = len(p), self.L.kernels, self.gram
@@ -106,9 +115,9 @@ class _NormalMatrix:
         blocks.in_threads(lambda i, j: kernels.differ(i, j, p, self.rows, gram.edge, z), n)
         blocks.in_threads(lambda i, j: kernels.gather(i, j, p, z, self.free, gram.edge, gram.diagonal, q, sums), n)
         curvature = sums.sum(axis=0)
-        if gram.odd.nnz:
-            at = np.flatnonzero(np.diff(gram.odd.indptr))
-            more = self.free[at] * (gram.odd[at] @ p)
+        at, odd = self.odd
+        if len(at):
+            more = odd @ p
             q[at] += more
             curvature += (p[at] * more).sum(axis=0)
         return np.asarray(curvature)

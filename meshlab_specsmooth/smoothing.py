@@ -27,7 +27,7 @@ from meshlab_specsmooth.spectral.cutoff import wavelength_in_edges
 from meshlab_specsmooth.spectral.density import Density
 from meshlab_specsmooth.spectral.design import Design, design, design_band, is_exact
 from meshlab_specsmooth.spectral.progress import Progress, part, rising
-from meshlab_specsmooth.surface import Floats, Integers, Surface
+from meshlab_specsmooth.surface import Booleans, Floats, Integers, Surface
 
 # The default cut-off: waves of 20 edges are shape on any mesh that resolves its shape at all, waves of a few edges are
 # where noise is.
@@ -68,6 +68,9 @@ _GAIN = ENHANCEMENT_DEFAULTS.number("gain")
 
 # Responses that an automatic choice has: one whose polynomial is short whatever the weight, and the paper's
 _CHOSEN_FROM = ("heat", "ideal")
+
+# Rows of positions whose extremes are taken side by side
+_ABREAST = 256
 
 # The band that enhancement amplifies without further notice: longer waves are the shape, shorter ones the noise
 LONGEST_ENHANCED_IN_EDGES = 30.0
@@ -170,6 +173,8 @@ class Prepared:
     exponent : int
     mean_edge : float
         Of ``positions``.
+    faces : (m, 3) int32
+        Those that have an edge, by the numbers of the moving vertices.
     L : Laplacian
     gram : Gram
         C^T C of the face barycentres.
@@ -189,6 +194,7 @@ class Prepared:
     positions: Floats
     exponent: int
     mean_edge: float
+    faces: Integers
     L: Laplacian
     gram: Gram
     rim: Rim | None
@@ -360,7 +366,7 @@ class Prepared:
         self, favor: str, boundary: str, mask: npt.ArrayLike | None, responses: Sequence[str], shortest: float
     ) -> _Chosen:
         """The weight of least estimated error, and where to start from: impulses drawn in, a noisy rim smoothed."""
-        faces = self.renumbered_faces()
+        faces = self.faces
         choice = choose(self.positions, faces, self.L, favor, responses, shortest)
         start = self.positions
         if choice.noise.kind == IMPULSE:
@@ -385,15 +391,10 @@ class Prepared:
             # from where the choice was made to where it was asked for: the impulses are added, the drift is taken away
             displacement = self._displacement_of(result)
             displacement += chosen.start.positions - self.positions
-            displacement = without_drift(displacement, self.positions, self.renumbered_faces(), chosen.choice.noise)
+            displacement = without_drift(displacement, self.positions, self.faces, chosen.choice.noise)
             vertices, rms = self._moved_by(displacement)
             result = replace(result, vertices=vertices, displacement=rms)
         return replace(result, seconds=time.perf_counter() - began)
-
-    def renumbered_faces(self) -> Integers:
-        """(m, 3) int32: the faces that have an edge, by numbers of the moving vertices."""
-        F = with_sides(self.surface.faces)
-        return F if self.place is None else self.place.take(F)
 
     def _run(
         self,
@@ -536,11 +537,18 @@ class Prepared:
         if len(displacement) == 0:
             return vertices, 0.0
         rms = float(np.ldexp(np.sqrt(np.vdot(displacement, displacement) / len(vertices)), self.exponent))
-        step = _scaled(displacement, self.exponent)
-        if self.place is not None:
-            step = step.take(self.place, axis=0, mode="wrap")  # several times as fast as by brackets
-            step[self.place < 0] = 0.0
-        np.add(vertices, step, out=vertices, where=step != 0)
+
+        def move(first: int, last: int) -> None:
+            at = slice(first * blocks.ROWS, last * blocks.ROWS)
+            if self.place is None:
+                step = displacement[at]
+            else:
+                step = displacement.take(self.place[at], axis=0, mode="wrap")  # several times as fast as by brackets
+                step[self.place[at] < 0] = 0.0
+            step = _scaled(step, self.exponent)
+            np.add(vertices[at], step, out=vertices[at], where=step != 0)
+
+        blocks.in_threads(move, len(vertices))
         return vertices, rms
 
     def _displacement_of(self, result: SmoothingResult) -> Floats:
@@ -637,9 +645,7 @@ def assemble(
     require(BYTES_PER_VERTEX * len(V), f"smoothing {len(V)} vertices")
     report(0.2)
     F = with_sides(F)
-    has_edge = np.zeros(len(V), dtype=np.bool_)
-    has_edge[F] = True
-    moving = np.flatnonzero(has_edge).astype(np.int32)
+    moving = np.flatnonzero(_corners(F, len(V))).astype(np.int32)
     scattered = order.is_scattered(F, len(V))
     place: Integers | None = None
     if scattered:
@@ -662,6 +668,7 @@ def assemble(
         positions,
         exponent,
         L.mean_edge_length(positions),
+        F,
         L,
         gram_of_barycenters(mesh),
         rim(positions, mesh.boundary()),
@@ -671,8 +678,19 @@ def assemble(
 
 def with_sides(F: Integers) -> Integers:
     """The faces, less those whose corners are one vertex: these have no edge, and their barycentre has no say."""
-    has_side = (F[:, 0] != F[:, 1]) | (F[:, 1] != F[:, 2])
-    return F if has_side.all() else F[has_side]
+    first = F[:, 0] == F[:, 1]
+    return F[~(first & (F[:, 1] == F[:, 2]))] if first.any() else F
+
+
+def _corners(F: Integers, n: int) -> Booleans:
+    """(n,) whether a vertex is a corner of a face."""
+    found = np.zeros(n, dtype=np.bool_)
+
+    def mark(first: int, last: int) -> None:
+        found[F[first * blocks.ROWS : last * blocks.ROWS]] = True
+
+    blocks.in_threads(mark, len(F))
+    return found
 
 
 def smooth(
@@ -925,12 +943,27 @@ def _normalised(V: Floats) -> tuple[Floats, int]:
     """``V`` centred and divided by 2^exponent, so that it lies in [-1, 1]; a power of two rounds nothing."""
     if len(V) == 0:
         return V, 0
-    # column by column, as numpy is slow at reducing rows of three
-    low, high = (np.array([extreme(column) for column in V.T]) for extreme in (np.min, np.max))
+    low, high = (_extreme(V, of) for of in (np.minimum, np.maximum))
     centre = low / 2 + high / 2
     exponent = int(np.frexp((high - centre).max())[1])
-    centred = V - centre
-    return _scaled(centred, -exponent), exponent
+    centred = np.empty_like(V)
+
+    def centre_rows(first: int, last: int) -> None:
+        at = slice(first * blocks.ROWS, last * blocks.ROWS)
+        np.subtract(V[at], centre, out=centred[at])
+        centred[at] = _scaled(centred[at], -exponent)
+
+    blocks.in_threads(centre_rows, len(V))
+    return centred, exponent
+
+
+def _extreme(V: Floats, of: np.ufunc) -> Floats:
+    """(3,) least or greatest of each column; numpy is slow at reducing rows of three."""
+    wide = len(V) - len(V) % _ABREAST
+    rows = V[wide:]
+    if wide:
+        rows = np.concatenate([rows, of.reduce(V[:wide].reshape(-1, 3 * _ABREAST), axis=0).reshape(-1, 3)])
+    return np.asarray(of.reduce(rows, axis=0))
 
 
 def _scaled(X: Floats, exponent: int) -> Floats:

@@ -57,7 +57,17 @@ def test_the_graph_has_the_edges_of_the_mesh_and_counts_their_faces(implementati
     assert np.array_equal(graph.graph.degree[:, 0], (counts > 0).sum(axis=1))
 
 
-@pytest.mark.parametrize("mesh", [*MESHES.values(), LARGE, *flaws(sheet(5, 4)).values()])
+def some_turned(mesh, seed=3):
+    """A mesh whose faces have lost their common orientation, and their order."""
+    V, F = mesh
+    rng = np.random.default_rng(seed)
+    turned = np.where(rng.random(len(F))[:, None] < 0.5, F, F[:, ::-1])
+    return V, rng.permutation(turned)
+
+
+@pytest.mark.parametrize(
+    "mesh", [*MESHES.values(), LARGE, *flaws(sheet(5, 4)).values(), some_turned(LARGE), (LARGE[0], LARGE[1][:-7])]
+)
 def test_neighbours_by_the_counting_sort_are_those_of_the_reference(mesh):
     V, F = mesh
     for ours, reference in zip(
@@ -71,7 +81,7 @@ def test_a_hub_of_very_many_faces_is_sorted_in_time():
     # by insertion this would take a minute
     rim = np.arange(1, 300_001)
     F = np.stack([np.zeros_like(rim), np.roll(rim, 1), rim], axis=1)[np.random.default_rng(0).permutation(len(rim))]
-    indptr, indices, odd, _ = counting.neighbours(F.astype(np.int32), len(rim) + 1)
+    indptr, indices, odd, *_ = counting.neighbours(F.astype(np.int32), len(rim) + 1)
     assert np.array_equal(indices[: indptr[1]], rim)
     assert (np.diff(indptr)[1:] == 3).all()
     assert len(odd) == 2 * len(rim)  # the rim, both ways
@@ -212,6 +222,25 @@ def test_an_error_in_a_thread_is_not_lost():
         pytest.skip("one processor")
     with pytest.raises(ArithmeticError, match="in a thread"):
         blocks.in_threads(fail, n)
+
+
+@pytest.mark.parametrize("processors", [1, 2])
+def test_two_works_side_by_side_give_both_answers_and_their_errors(monkeypatch, processors):
+    monkeypatch.setattr(blocks, "threads", lambda: processors)
+
+    def fail():
+        raise ArithmeticError("in a work")
+
+    def in_threads_itself():
+        seen = np.zeros(100 * blocks.ROWS)
+        blocks.in_threads(lambda first, last: seen[first * blocks.ROWS : last * blocks.ROWS].fill(1), len(seen))
+        return seen.mean()
+
+    # more of them at once than the pool has threads, each of which waits for the pool
+    assert blocks.both(lambda: blocks.both(in_threads_itself, in_threads_itself), in_threads_itself) == ((1, 1), 1)
+    for works in ((fail, in_threads_itself), (in_threads_itself, fail)):
+        with pytest.raises(ArithmeticError, match="in a work"):
+            blocks.both(*works)
 
 
 def test_every_block_is_worked_on_once():

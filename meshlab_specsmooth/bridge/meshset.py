@@ -19,6 +19,7 @@ import pymeshlab
 
 from meshlab_specsmooth.bridge.interrupts import Hold, all_or_nothing
 from meshlab_specsmooth.errors import MeshSetError
+from meshlab_specsmooth.graph import blocks
 from meshlab_specsmooth.surface import Floats
 
 # pymeshlab's own, whatever is registered later
@@ -113,13 +114,19 @@ def in_one_pass(before: Floats, wanted: Floats) -> Floats:
     >>> np.array_equal(before + (reached - before), reached), bool(abs(reached - wanted).max() < 2**-53)
     (True, True)
     """
-    reached = wanted - before
-    reached += before
-    rounded = reached != wanted
-    if rounded.any():
-        v, t = before[rounded], reached[rounded]
-        # once more, as t - v may round as well where t is the larger one
-        reached[rounded] = v + (t - v)
+    reached = np.empty_like(wanted)
+
+    def reach(first: int, last: int) -> None:
+        at = slice(first * blocks.ROWS, last * blocks.ROWS)
+        v, t = before[at], reached[at]
+        np.subtract(wanted[at], v, out=t)
+        t += v
+        rounded = t != wanted[at]
+        if rounded.any():
+            # once more, as t - v may round as well where t is the larger one
+            t[rounded] = v[rounded] + (t[rounded] - v[rounded])
+
+    blocks.in_threads(reach, len(wanted))
     return reached
 
 

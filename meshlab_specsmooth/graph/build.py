@@ -11,7 +11,7 @@ from scipy.sparse import coo_array, csr_array, diags_array
 
 from meshlab_specsmooth.surface import Floats, Integers
 
-Neighbours = tuple[Integers, Integers, npt.NDArray[np.int64], Integers]
+Neighbours = tuple[Integers, Integers, npt.NDArray[np.int64], Integers, Integers]
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,28 +109,28 @@ def of_mesh(F: Integers, n: int) -> MeshGraph:
     n : int
         Number of vertices.
     """
-    indptr, indices, odd, odd_faces = _best_neighbours()(F, n)
-    # a side that joins a vertex to itself is in two corners of its face
-    corner_count = np.bincount(F.ravel(), minlength=n).astype(np.int32)
-    for k in range(3):
-        loop = F[F[:, k] == F[:, k - 1], k]
-        if len(loop):
-            np.add.at(corner_count, loop, 2)
+    indptr, indices, odd, odd_faces, corner_count = _best_neighbours()(F, n)
+    if corner_count.sum() < F.size:
+        # a face with a side from a vertex to itself has two corners there, which count four times, and one side leaves
+        for k in range(3):
+            np.add.at(corner_count, F[F[:, k] == F[:, k - 1], k], 3)
     degree = np.diff(indptr).astype(np.float64)[:, None]
     return MeshGraph(Graph(indptr, indices, None, degree), odd, odd_faces, corner_count)
 
 
 def neighbours(F: Integers, n: int) -> Neighbours:
-    """``indptr``, ``indices``, ``odd`` and ``odd_faces`` of the mesh's graph: the reference, by scipy's conversion."""
+    """What the compiled :func:`meshlab_specsmooth.graph.counting.neighbours` returns: the reference, by conversion."""
     start, end = F.ravel(), F[:, [1, 2, 0]].ravel()
     side = start != end
     start, end = start[side], end[side]
+    leaving = np.bincount(start, minlength=n).astype(np.int32)
     # duplicates are added up, so the data count faces
     there = coo_array((np.ones(len(start), dtype=np.int32), (start, end)), shape=(n, n)).tocsr()
     there.sum_duplicates()  # and sorts, without which the sum would take five times as long
     both = there + there.T.tocsr()
     odd = np.flatnonzero(both.data != 2)
-    return both.indptr.astype(np.int32, copy=False), both.indices.astype(np.int32, copy=False), odd, both.data[odd]
+    indptr, indices = (x.astype(np.int32, copy=False) for x in (both.indptr, both.indices))
+    return indptr, indices, odd, both.data[odd], leaving
 
 
 def _best_neighbours() -> Callable[[Integers, int], Neighbours]:

@@ -1,4 +1,10 @@
-"""The neighbours of every vertex by a counting sort, compiled by numba (the extra ``fast``)."""
+"""The neighbours of every vertex by a counting sort, compiled by numba (the extra ``fast``).
+
+A side of a face leads from one corner to the next, so as many sides leave a vertex as arrive there. Listed by the
+vertex where they arrive, in the order of those that they leave, the rows are sorted without a comparison. Where two
+faces meet that are oriented alike, what leaves is what arrives: the rows of a closed mesh are its graph as they stand,
+and other rows are merged from both.
+"""
 
 from __future__ import annotations
 
@@ -13,9 +19,6 @@ from meshlab_specsmooth.surface import Integers
 
 _compiled = functools.partial(numba.njit, nogil=True, cache=True)
 
-# Longer rows are left to numpy's sort: that by insertion takes their length squared
-_SHORT = 32
-
 
 def neighbours(F: Integers, n: int) -> Neighbours:
     """What :func:`meshlab_specsmooth.graph.build.of_mesh` makes of the sides of faces.
@@ -29,99 +32,105 @@ def neighbours(F: Integers, n: int) -> Neighbours:
         Where in ``indices`` the edges stand that have not two faces.
     odd_faces : (k,) int32
         How many these have.
+    leaving : (n,) int32
+        Sides that leave each vertex.
     """
-    start = np.zeros(n + 1, dtype=np.int64)
+    start = np.zeros(n + 1, dtype=np.int32)
     _count(F, start)
+    count = start[1:].copy()
     np.cumsum(start, out=start)
-    entries = np.empty(start[-1], dtype=np.int32)
-    _fill(F, start[:-1].copy(), entries)
-    unique = np.zeros(n + 1, dtype=np.int32)
-    odd_before = np.zeros(blocks.count(n) + 1, dtype=np.int64)
+    leaving, arriving = np.empty((2, start[-1]), dtype=np.int32)
+    _fill(F, start[:-1].copy(), leaving)
+    _transpose(start, start[:-1].copy(), leaving, arriving)
+    _transpose(start, start[:-1].copy(), arriving, leaving)
+    differ = np.empty(blocks.count(n), dtype=np.bool_)
 
-    def sort(first: int, last: int) -> None:
+    def compare(first: int, last: int) -> None:
         for i in range(first, last):
             at = blocks.rows(i, n)
-            odd_before[i + 1] = _sort(at.start, at.stop, start, entries, unique)
+            differ[i] = _differ(at.start, at.stop, start, leaving, arriving)
 
-    blocks.in_threads(sort, n)
-    indptr = np.cumsum(unique, dtype=np.int32)
-    np.cumsum(odd_before, out=odd_before)
-    indices = np.empty(indptr[-1], dtype=np.int32)
-    odd, odd_faces = np.empty(odd_before[-1], dtype=np.int64), np.empty(odd_before[-1], dtype=np.int32)
+    blocks.in_threads(compare, n)
+    if not differ.any():
+        return start, leaving, np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int32), count
+    indptr, indices, faces = _merged(start, leaving, arriving, n)
+    odd = np.flatnonzero(faces != 2)
+    return indptr, indices, odd, faces[odd], count
 
-    def unite(first: int, last: int) -> None:
-        for i in range(first, last):
-            at, found = blocks.rows(i, n), slice(*odd_before[i : i + 2])
-            _unite(at.start, at.stop, start, entries, indptr, indices, odd[found], odd_faces[found])
 
-    blocks.in_threads(unite, n)
-    return indptr, indices, odd, odd_faces
+def _merged(start: Integers, leaving: Integers, arriving: Integers, n: int) -> tuple[Integers, Integers, Integers]:
+    """``indptr`` and ``indices`` of both, each neighbour once, and the number of faces of each edge."""
+    indptr = np.zeros(n + 1, dtype=np.int32)
+
+    def merge(indices: Integers | None, faces: Integers | None) -> None:
+        def work(first: int, last: int) -> None:
+            low, high = blocks.rows(first, n).start, blocks.rows(last - 1, n).stop
+            _merge(low, high, start, leaving, arriving, indptr, indices, faces)
+
+        blocks.in_threads(work, n)
+
+    merge(None, None)
+    np.cumsum(indptr, out=indptr)
+    indices, faces = np.empty((2, indptr[-1]), dtype=np.int32)
+    merge(indices, faces)
+    return indptr, indices, faces
 
 
 @_compiled
 def _count(F, start):  # type: ignore[no-untyped-def]
-    """Sides at each vertex, both directions of each, one place further on."""
+    """Sides that leave each vertex, one place further on."""
     for f in range(len(F)):
         for k in range(3):
-            a, b = F[f, k], F[f, (k + 1) % 3]
-            if a != b:
-                start[a + 1] += 1
-                start[b + 1] += 1
+            start[F[f, k] + 1] += F[f, k] != F[f, (k + 1) % 3]
 
 
 @_compiled
-def _fill(F, place, entries):  # type: ignore[no-untyped-def]
+def _fill(F, place, leaving):  # type: ignore[no-untyped-def]
     for f in range(len(F)):
         for k in range(3):
             a, b = F[f, k], F[f, (k + 1) % 3]
             if a != b:
-                entries[place[a]] = b
+                leaving[place[a]] = b
                 place[a] += 1
-                entries[place[b]] = a
-                place[b] += 1
 
 
 @_compiled
-def _sort(low, high, start, entries, unique):  # type: ignore[no-untyped-def]
-    """Sort each row; ``unique`` gets the number of different entries, one further on. Returns how many are not twice.
-
-    An edge stands in a row once for each of its faces.
-    """
-    odd = 0
-    for i in range(low, high):
-        begin, end = start[i], start[i + 1]
-        if end - begin > _SHORT:
-            entries[begin:end].sort()
-        else:
-            for k in range(begin + 1, end):
-                j = entries[k]
-                m = k
-                while m > begin and entries[m - 1] > j:
-                    entries[m] = entries[m - 1]
-                    m -= 1
-                entries[m] = j
-        k = begin
-        while k < end:
-            first = k
-            while k < end and entries[k] == entries[first]:
-                k += 1
-            odd += k - first != 2
-            unique[i + 1] += 1
-    return odd
+def _transpose(start, place, rows, turned):  # type: ignore[no-untyped-def]
+    """``turned`` becomes, for each vertex, those in whose rows it is, rising."""
+    for i in range(len(place)):
+        for k in range(start[i], start[i + 1]):
+            j = rows[k]
+            turned[place[j]] = i
+            place[j] += 1
 
 
 @_compiled
-def _unite(low, high, start, entries, indptr, indices, odd, odd_faces):  # type: ignore[no-untyped-def]
-    """Write each different entry once, and note those that are not there twice."""
-    found = 0
+def _differ(low, high, start, leaving, arriving):  # type: ignore[no-untyped-def]
+    """Whether in some row what leaves is not what arrives, or leaves twice."""
+    found = False
     for i in range(low, high):
-        k, end, at = start[i], start[i + 1], indptr[i]
-        while k < end:
-            first = k
-            while k < end and entries[k] == entries[first]:
+        for k in range(start[i], start[i + 1]):
+            found |= leaving[k] != arriving[k] or (k > start[i] and leaving[k] == leaving[k - 1])
+    return found
+
+
+@_compiled
+def _merge(low, high, start, leaving, arriving, indptr, indices, faces):  # type: ignore[no-untyped-def]
+    """Write the merged rows; without ``indices`` and ``faces`` their lengths, one place further on."""
+    for i in range(low, high):
+        k = m = start[i]
+        end, count = start[i + 1], 0
+        while k < end or m < end:
+            j = leaving[k] if m == end or (k < end and leaving[k] < arriving[m]) else arriving[m]
+            times = 0
+            while k < end and leaving[k] == j:
                 k += 1
-            indices[at] = entries[first]
-            if k - first != 2:
-                odd[found], odd_faces[found] = at, k - first
-                found += 1
-            at += 1
+                times += 1
+            while m < end and arriving[m] == j:
+                m += 1
+                times += 1
+            if indices is not None:
+                indices[indptr[i] + count], faces[indptr[i] + count] = j, times
+            count += 1
+        if indices is None:
+            indptr[i + 1] = count
