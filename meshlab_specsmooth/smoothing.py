@@ -69,9 +69,6 @@ _GAIN = ENHANCEMENT_DEFAULTS.number("gain")
 # Responses that an automatic choice has: one whose polynomial is short whatever the weight, and the paper's
 _CHOSEN_FROM = ("heat", "ideal")
 
-# Rows of positions whose extremes are taken side by side
-_ABREAST = 256
-
 # The band that enhancement amplifies without further notice: longer waves are the shape, shorter ones the noise
 LONGEST_ENHANCED_IN_EDGES = 30.0
 SHORTEST_ENHANCED_IN_EDGES = 6.0
@@ -943,7 +940,7 @@ def _normalised(V: Floats) -> tuple[Floats, int]:
     """``V`` centred and divided by 2^exponent, so that it lies in [-1, 1]; a power of two rounds nothing."""
     if len(V) == 0:
         return V, 0
-    low, high = (_extreme(V, of) for of in (np.minimum, np.maximum))
+    low, high = (blocks.reduced(of, V) for of in (np.minimum, np.maximum))
     centre = low / 2 + high / 2
     exponent = int(np.frexp((high - centre).max())[1])
     centred = np.empty_like(V)
@@ -955,15 +952,6 @@ def _normalised(V: Floats) -> tuple[Floats, int]:
 
     blocks.in_threads(centre_rows, len(V))
     return centred, exponent
-
-
-def _extreme(V: Floats, of: np.ufunc) -> Floats:
-    """(3,) least or greatest of each column; numpy is slow at reducing rows of three."""
-    wide = len(V) - len(V) % _ABREAST
-    rows = V[wide:]
-    if wide:
-        rows = np.concatenate([rows, of.reduce(V[:wide].reshape(-1, 3 * _ABREAST), axis=0).reshape(-1, 3)])
-    return np.asarray(of.reduce(rows, axis=0))
 
 
 def _scaled(X: Floats, exponent: int) -> Floats:
