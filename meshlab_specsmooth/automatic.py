@@ -17,13 +17,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from meshlab_specsmooth.graph import blocks
 from meshlab_specsmooth.graph.laplacian import Laplacian
 from meshlab_specsmooth.noise import (
     CORRELATED,
     IMPULSE,
     LEAST_WEIGHT,
     MOST_WEIGHT,
+    OFF,
     Measured,
     Noise,
     Sheet,
@@ -180,14 +180,12 @@ def choose_on(on: Sheet, measured: Measured, favor: str, low_pass: LowPass, is_l
     lowest = max(guess / _FINEST, LEAST_WEIGHT)
     least_weight = max(guess / (_NORMALS if favor == "normals" else 1.0), lowest) if is_large else LEAST_WEIGHT
     removed = low_pass.removing(on, lowest)
-    of_shape, of_noise = blocks.both(lambda: removed(on.positions), lambda: removed(z))
+    of_shape, of_noise = removed(on.positions), removed(z)
 
     def risk(log_weight: float) -> float:
         weight = float(np.exp(log_weight))
-        shape, noise = blocks.both(
-            lambda: rebuilt(on.L, on.gram, on.positions, weight, of_shape),
-            lambda: rebuilt(on.L, on.gram, z, weight, of_noise),
-        )
+        shape = rebuilt(on.L, on.gram, on.positions, weight, of_shape, OFF)
+        noise = rebuilt(on.L, on.gram, z, weight, of_noise, OFF)
         moved = ((shape - on.positions) * n).sum(axis=1)[inner]
         return float((moved**2).mean()) - energy + 2 * float((z * noise)[inner].mean())
 

@@ -18,11 +18,10 @@ import numpy as np
 from scipy.sparse import csr_array, eye_array
 from scipy.special import ndtr
 
-from meshlab_specsmooth.graph import blocks
 from meshlab_specsmooth.graph.build import of_mesh
 from meshlab_specsmooth.graph.laplacian import Laplacian, laplacian
 from meshlab_specsmooth.operators import Gram, gram_of_barycenters
-from meshlab_specsmooth.reconstruction import solve
+from meshlab_specsmooth.reconstruction import TOLERANCE, solve
 from meshlab_specsmooth.surface import Booleans, Floats, Integers
 
 NONE, WHITE, DIRECTIONAL, QUANTISED = "none", "white", "directional", "quantised"
@@ -36,6 +35,9 @@ NEGLIGIBLE = 0.02
 STRENGTH = 0.07
 
 LEAST_WEIGHT, MOST_WEIGHT = 0.02, 1000.0
+
+# What is smoothed for an estimate may be off by this share of its displacement: the estimate scatters by far more
+OFF = 1e-2
 
 ORDERS = 4
 BANDS = 6
@@ -203,12 +205,15 @@ def sheet(positions: Floats, faces: Integers) -> Sheet:
     return Sheet(positions, faces, L, gram_of_barycenters(mesh), inner, L.mean_edge_length(positions))
 
 
-def rebuilt(L: Laplacian, gram: Gram, X: Floats, weight: float, change: Floats | None = None) -> Floats:
+def rebuilt(
+    L: Laplacian, gram: Gram, X: Floats, weight: float, change: Floats | None = None, off: float = TOLERANCE
+) -> Floats:
     """Step 3 of X, (k, 3): the surface of least |L V' - L X - change|^2 + w^2 |C V' - C X|^2.
 
-    Without ``change`` no differential coordinates are kept, as with a very low cut-off.
+    Without ``change`` no differential coordinates are kept, as with a very low cut-off. The displacement may be ``off``
+    by such a share.
     """
-    return np.asarray(X + solve(L, gram, weight, -(L @ X) if change is None else change).displacement)
+    return np.asarray(X + solve(L, gram, weight, -(L @ X) if change is None else change, off=off).displacement)
 
 
 def normals(X: Floats, F: Integers) -> Floats:
@@ -240,9 +245,8 @@ def measure(on: Sheet) -> Measured:
         # too little to tell noise from shape
         return Measured(nothing(on.mean_edge), normals(on.positions, on.faces))
     white = np.random.default_rng(_SEED).standard_normal(on.positions.shape)
-    (level, guide, residual, peakedness), (through, of_white) = blocks.both(
-        lambda: _followed(on), lambda: [_scales(on.L, X) for X in (on.positions, white)]
-    )
+    level, guide, residual, peakedness = _followed(on)
+    through, of_white = (_scales(on.L, X) for X in (on.positions, white))
     orders, bands = (_levels(on, guide, *pair) for pair in zip(through, of_white, strict=True))
     residual = residual[on.inner]
     covariance, spread = _covariance(residual**2, guide[on.inner], level)
@@ -303,7 +307,7 @@ def _followed(on: Sheet) -> tuple[float, Floats, Floats, float]:
     level = 0.3 * on.mean_edge
     for _ in range(3):
         weight = min(weight_for(level / on.mean_edge), 1.0)  # a guide is smooth in any case
-        guide = normals(rebuilt(L, on.gram, X, max(weight, 0.1)), on.faces)
+        guide = normals(rebuilt(L, on.gram, X, max(weight, 0.1), off=OFF), on.faces)
         residual = (twice * guide).sum(axis=1) / rows
         level = float(np.median(np.abs(residual[on.inner]))) / _MEDIAN
     return level, guide, residual, peakedness

@@ -33,9 +33,9 @@ _LEAST_TOLERANCE = 1e-11  # rounding does not allow for much less
 MOST_ITERATIONS = 20_000
 
 
-def tolerance(weight: float) -> float:
-    """Relative residual that is asked for at a weight."""
-    return max(TOLERANCE * min(1.0, weight * weight), _LEAST_TOLERANCE)
+def tolerance(weight: float, off: float = TOLERANCE) -> float:
+    """Relative residual that is asked for at a weight, where the displacement may be off by such a share."""
+    return max(off * min(1.0, weight * weight), _LEAST_TOLERANCE)
 
 
 def passed_on(eigenvalues: Floats, weight: float) -> Floats:
@@ -95,18 +95,22 @@ class Constraints:
 
 @dataclass(frozen=True, eq=False)
 class _NormalMatrix:
-    """A = F (L^T R L + G), with G = w^2 C^T C and diagonals F of the free vertices and R of the rows asked for."""
+    """A = F (L^T R L + G), with G = w^2 C^T C and diagonals F of the free vertices and R of the rows asked for.
+
+    Without constraints both are 1 everywhere, and None.
+    """
 
     L: Laplacian
     gram: Gram
-    free: Floats
-    rows: Floats
+    free: Floats | None
+    rows: Floats | None
 
     @functools.cached_property
     def odd(self) -> tuple[npt.NDArray[np.int64], csr_array]:
         """Vertices at edges that have not two faces, and their rows of what G has there besides."""
         at = np.flatnonzero(np.diff(self.gram.odd.indptr))
-        return at, self.gram.odd[at].multiply(self.free[at]).tocsr()
+        odd = self.gram.odd[at]
+        return at, odd if self.free is None else odd.multiply(self.free[at]).tocsr()
 
     def times(self, p: Floats, z: Floats, q: Floats) -> Floats:
         """``q`` becomes A p, with ``z`` for scratch; returns (3,) p . q."""
@@ -124,8 +128,8 @@ class _NormalMatrix:
 
     def inverse_diagonal(self) -> Floats:
         """(n, 1): one over the diagonal of L^T R L + G; L_ij = - w_ij / d_i."""
-        sums = self.L.sums_of_squares(self.rows / self.L.degree**2)
-        sums += self.rows
+        sums = self.L.sums_of_squares(_or_one(self.rows) / self.L.degree**2)
+        sums += _or_one(self.rows)
         sums += self.gram.diagonal
         return np.divide(1.0, sums, out=sums)
 
@@ -139,6 +143,7 @@ def solve(
     constraints: Constraints | None = None,
     spare: list[Floats] | None = None,
     start: Floats | None = None,
+    off: float = TOLERANCE,
 ) -> Solution:
     """Displacement that turns the differential coordinates by ``change`` as well as the barycentres allow.
 
@@ -160,21 +165,22 @@ def solve(
         it again, and what was made besides, but the displacement.
     start : (n, 3) float64, optional
         A displacement that is probably near: the nearer, the fewer iterations.
+    off : float
+        Share of itself that the displacement may be off by.
 
     Raises
     ------
     NotConverged
         After :data:`MOST_ITERATIONS`, with the residual that was reached.
     """
-    n = len(change)
-    free, rows = (constraints.free, constraints.rows) if constraints is not None else (np.ones((n, 1)),) * 2
     w2 = weight * weight
+    free, rows = (None, None) if constraints is None else (constraints.free, constraints.rows)
     A = _NormalMatrix(L, Gram(w2 * gram.diagonal, w2 * gram.edge, w2 * gram.odd), free, rows)
     memory = [] if spare is None else spare
     z = blocks.taken(memory, change)
     # L^T R change = D L D^-1 R change; from here on, change is not looked at
-    b = L.product(blocks.multiply(change, rows / L.degree, z), blocks.taken(memory, change))
-    blocks.multiply(b, free * L.degree, b)
+    b = L.product(blocks.multiply(change, _or_one(rows) / L.degree, z), blocks.taken(memory, change))
+    blocks.multiply(b, _or_one(free) * L.degree, b)
     q, r, p, x = (blocks.taken(memory, change) for _ in range(4))
     if constraints is not None and constraints.prescribed.any():
         A.times(constraints.prescribed, z, q)
@@ -190,11 +196,11 @@ def solve(
     for column in np.flatnonzero(~active):
         b[:, column], r[:, column], rho[column], square[column], scale[column] = 0, 0, 0, 0, 1
 
-    wanted = tolerance(weight)
+    wanted = tolerance(weight, off)
     if start is None:
         x.fill(0.0)
     else:
-        np.multiply(start, free * active, out=x)
+        np.multiply(start, _or_one(free) * active, out=x)
         A.times(x, z, q)
         square, rho = _descend(L, np.ones(COLUMNS), q, m, r)
     blocks.multiply(r, m, p)
@@ -225,6 +231,10 @@ def solve(
     if constraints is not None:
         x += constraints.prescribed
     return Solution(x, iterations, float(reached.max()))
+
+
+def _or_one(column: Floats | None) -> Floats | float:
+    return 1.0 if column is None else column
 
 
 def _descend(L: Laplacian, step: Floats, q: Floats, m: Floats, r: Floats) -> tuple[Floats, Floats]:

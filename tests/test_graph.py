@@ -108,12 +108,15 @@ def outcomes(graph, make, n):
     work.step(0, count, X, now, before, 2.0, 0.3)
     work.differ(0, count, p, rows, 0.2, z)
     work.gather(0, count, p, z, free, 0.2, gram, q, sums)
+    everywhere = *(np.empty((n, 3)) for _ in range(2)), np.empty((count, 3))  # without rows or free
+    work.differ(0, count, p, None, 0.2, everywhere[0])
+    work.gather(0, count, p, everywhere[0], None, 0.2, gram, *everywhere[1:])
     work.descend(0, count, step, q, m, r, six)
     work.turn(0, count, step, turn, m, r, x, p)
     work.edge_lengths(0, count, X, lengths)
     work.inner_products(0, count, X, now, inner)
     work.squares(0, count, m, squares)
-    return before, q, sums, r, six, x, p, lengths, inner, squares
+    return before, q, sums, *everywhere, r, six, x, p, lengths, inner, squares
 
 
 @pytest.mark.parametrize("kind", ["uniform", "cotangent"])
@@ -222,25 +225,6 @@ def test_an_error_in_a_thread_is_not_lost():
         pytest.skip("one processor")
     with pytest.raises(ArithmeticError, match="in a thread"):
         blocks.in_threads(fail, n)
-
-
-@pytest.mark.parametrize("processors", [1, 2])
-def test_two_works_side_by_side_give_both_answers_and_their_errors(monkeypatch, processors):
-    monkeypatch.setattr(blocks, "threads", lambda: processors)
-
-    def fail():
-        raise ArithmeticError("in a work")
-
-    def in_threads_itself():
-        seen = np.zeros(100 * blocks.ROWS)
-        blocks.in_threads(lambda first, last: seen[first * blocks.ROWS : last * blocks.ROWS].fill(1), len(seen))
-        return seen.mean()
-
-    # more of them at once than the pool has threads, each of which waits for the pool
-    assert blocks.both(lambda: blocks.both(in_threads_itself, in_threads_itself), in_threads_itself) == ((1, 1), 1)
-    for works in ((fail, in_threads_itself), (in_threads_itself, fail)):
-        with pytest.raises(ArithmeticError, match="in a work"):
-            blocks.both(*works)
 
 
 def test_every_block_is_worked_on_once():

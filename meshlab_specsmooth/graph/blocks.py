@@ -26,7 +26,6 @@ _ABREAST = 64
 
 Work = Callable[[int, int], None]
 Item = TypeVar("Item")
-Other = TypeVar("Other")
 
 
 def threads() -> int:
@@ -63,18 +62,6 @@ def each(work: Callable[[Item], None], items: Iterable[Item]) -> None:
     work(first)
     for future in waiting:
         future.result()
-
-
-def both(one: Callable[[], Item], other: Callable[[], Other]) -> tuple[Item, Other]:
-    """What two works return, done side by side.
-
-    The second has a thread of its own: those of the pool never wait for each other, whatever both hand to them.
-    """
-    if threads() == 1:
-        return one(), other()
-    with ThreadPoolExecutor(1) as beside:
-        waiting = beside.submit(other)
-        return one(), waiting.result()
 
 
 def multiply(X: Floats, by: Floats, out: Floats) -> Floats:

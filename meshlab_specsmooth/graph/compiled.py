@@ -35,9 +35,11 @@ class CompiledKernels:
         low, high = self._rows(first, last)
         _step(low, high, *self.graph, self.degree, X, now, before, factor, share)
 
-    def differ(self, first: int, last: int, p: Floats, rows: Floats, kappa: float, z: Floats) -> None:  # noqa: D102
+    def differ(  # noqa: D102
+        self, first: int, last: int, p: Floats, rows: Floats | None, kappa: float, z: Floats
+    ) -> None:
         low, high = self._rows(first, last)
-        _differ(low, high, *self.graph, self.degree, p, rows[:, 0], kappa, z)
+        _differ(low, high, *self.graph, self.degree, p, _flat(rows), kappa, z)
 
     def gather(  # noqa: D102
         self,
@@ -45,7 +47,7 @@ class CompiledKernels:
         last: int,
         p: Floats,
         z: Floats,
-        free: Floats,
+        free: Floats | None,
         kappa: float,
         gram: Floats,
         q: Floats,
@@ -53,7 +55,7 @@ class CompiledKernels:
     ) -> None:
         for i in range(first, last):
             low, high = self._rows(i, i + 1)
-            _gather(low, high, *self.graph, self.degree, p, z, free[:, 0], kappa, gram[:, 0], q, sums[i])
+            _gather(low, high, *self.graph, self.degree, p, z, _flat(free), kappa, gram[:, 0], q, sums[i])
 
     def descend(  # noqa: D102
         self, first: int, last: int, step: Floats, q: Floats, m: Floats, r: Floats, sums: Floats
@@ -79,6 +81,16 @@ class CompiledKernels:
 
     def _rows(self, first: int, last: int) -> tuple[int, int]:
         return first * blocks.ROWS, min(last * blocks.ROWS, self.size)
+
+
+def _flat(column: Floats | None) -> Floats | None:
+    return None if column is None else column[:, 0]
+
+
+@_inlined
+def _degree(i, indptr, weights, degree):  # type: ignore[no-untyped-def]
+    """Where all weights are 1 the number of neighbours, which was read already."""
+    return np.float64(indptr[i + 1] - indptr[i]) if weights is None else degree[i]
 
 
 @_inlined
@@ -116,8 +128,7 @@ def _around(i, indptr, indices, weights, X):  # type: ignore[no-untyped-def]
 def _step(low, high, indptr, indices, weights, degree, X, now, before, factor, share):  # type: ignore[no-untyped-def]
     for i in range(low, high):
         s0, s1, s2 = _around(i, indptr, indices, weights, now)
-        # the number of neighbours was read already, and the degree was not
-        f = -factor / (indptr[i + 1] - indptr[i] if weights is None else degree[i])
+        f = -factor / _degree(i, indptr, weights, degree)
         before[i, 0] = f * s0 - before[i, 0] + share * X[i, 0]
         before[i, 1] = f * s1 - before[i, 1] + share * X[i, 1]
         before[i, 2] = f * s2 - before[i, 2] + share * X[i, 2]
@@ -127,8 +138,8 @@ def _step(low, high, indptr, indices, weights, degree, X, now, before, factor, s
 def _differ(low, high, indptr, indices, weights, degree, p, rows, kappa, z):  # type: ignore[no-untyped-def]
     for i in range(low, high):
         s0, s1, s2 = _around(i, indptr, indices, weights, p)
-        f = 1 / degree[i]
-        g = rows[i] * f
+        f = 1 / _degree(i, indptr, weights, degree)
+        g = f if rows is None else rows[i] * f
         if weights is None:
             z[i, 0] = kappa * p[i, 0] - g * (p[i, 0] - f * s0)
             z[i, 1] = kappa * p[i, 1] - g * (p[i, 1] - f * s1)
@@ -144,7 +155,7 @@ def _gather(low, high, indptr, indices, weights, degree, p, z, free, kappa, gram
     d0 = d1 = d2 = 0.0
     for i in range(low, high):
         s0, s1, s2 = _around(i, indptr, indices, weights, z)
-        d = degree[i]
+        d = _degree(i, indptr, weights, degree)
         if weights is None:
             s0 += d * (kappa * p[i, 0] - z[i, 0])
             s1 += d * (kappa * p[i, 1] - z[i, 1])
@@ -154,9 +165,13 @@ def _gather(low, high, indptr, indices, weights, degree, p, z, free, kappa, gram
             s0 = d * z[i, 0] - s0 + kappa * t0
             s1 = d * z[i, 1] - s1 + kappa * t1
             s2 = d * z[i, 2] - s2 + kappa * t2
-        s0 = free[i] * (s0 + gram[i] * p[i, 0])
-        s1 = free[i] * (s1 + gram[i] * p[i, 1])
-        s2 = free[i] * (s2 + gram[i] * p[i, 2])
+        s0 += gram[i] * p[i, 0]
+        s1 += gram[i] * p[i, 1]
+        s2 += gram[i] * p[i, 2]
+        if free is not None:
+            s0 *= free[i]
+            s1 *= free[i]
+            s2 *= free[i]
         q[i, 0] = s0
         q[i, 1] = s1
         q[i, 2] = s2

@@ -15,7 +15,7 @@ class Kernels(Protocol):
     """Work on the rows of the blocks ``first`` to ``last - 1``.
 
     Arrays are (n, 3) or (n, 1), in row order, and changed in place. Sums have one row a block, so that their order does
-    not hang on the number of threads.
+    not hang on the number of threads. ``rows`` and ``free`` may be None where they are 1 everywhere.
     """
 
     name: str
@@ -23,7 +23,7 @@ class Kernels(Protocol):
     def step(self, first: int, last: int, X: Floats, now: Floats, before: Floats, factor: float, share: float) -> None:
         """``before`` becomes share X - factor P now - before."""
 
-    def differ(self, first: int, last: int, p: Floats, rows: Floats, kappa: float, z: Floats) -> None:
+    def differ(self, first: int, last: int, p: Floats, rows: Floats | None, kappa: float, z: Floats) -> None:
         """The first half of a product with the normal matrix: y = rows (p - P p) / d.
 
         ``z`` becomes what the second half gathers: kappa p - y where all weights are 1, y itself elsewhere.
@@ -35,7 +35,7 @@ class Kernels(Protocol):
         last: int,
         p: Floats,
         z: Floats,
-        free: Floats,
+        free: Floats | None,
         kappa: float,
         gram: Floats,
         q: Floats,

@@ -37,10 +37,14 @@ class ReferenceKernels:
                 t += share * X[rows]
             before[rows] = t
 
-    def differ(self, first: int, last: int, p: Floats, rows: Floats, kappa: float, z: Floats) -> None:  # noqa: D102
+    def differ(  # noqa: D102
+        self, first: int, last: int, p: Floats, rows: Floats | None, kappa: float, z: Floats
+    ) -> None:
         for i, at in self._blocks(first, last):
             y = p[at] - self.walk[i] @ p
-            y *= rows[at] / self.degree[at]
+            y /= self.degree[at]
+            if rows is not None:
+                y *= rows[at]
             z[at] = y if self.neighbours is not None else kappa * p[at] - y
 
     def gather(  # noqa: D102
@@ -49,7 +53,7 @@ class ReferenceKernels:
         last: int,
         p: Floats,
         z: Floats,
-        free: Floats,
+        free: Floats | None,
         kappa: float,
         gram: Floats,
         q: Floats,
@@ -63,7 +67,8 @@ class ReferenceKernels:
             else:
                 t = self.degree[at] * (z[at] - t) + kappa * (self.neighbours[i] @ p)
             t += gram[at] * p[at]
-            t *= free[at]
+            if free is not None:
+                t *= free[at]
             q[at] = t
             t *= p[at]
             sums[i] = blocks.reduced(np.add, t)
