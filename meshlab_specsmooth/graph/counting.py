@@ -39,7 +39,8 @@ def neighbours(F: Integers, n: int) -> Neighbours:
     _count(F, start)
     count = start[1:].copy()
     np.cumsum(start, out=start)
-    leaving, arriving = np.empty((2, start[-1]), dtype=np.int32)
+    # two arrays and not one in two parts, of which either would keep the other's memory
+    leaving, arriving = (np.empty(start[-1], dtype=np.int32) for _ in range(2))
     _fill(F, start[:-1].copy(), leaving)
     _transpose(start, start[:-1].copy(), leaving, arriving)
     _transpose(start, start[:-1].copy(), arriving, leaving)
@@ -71,7 +72,7 @@ def _merged(start: Integers, leaving: Integers, arriving: Integers, n: int) -> t
 
     merge(None, None)
     np.cumsum(indptr, out=indptr)
-    indices, faces = np.empty((2, indptr[-1]), dtype=np.int32)
+    indices, faces = (np.empty(indptr[-1], dtype=np.int32) for _ in range(2))
     merge(indices, faces)
     return indptr, indices, faces
 
