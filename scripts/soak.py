@@ -168,7 +168,7 @@ def on_a_cluster(folder: Path, at: int) -> dict[str, int]:
     here = ["--host", "127.0.0.1", "--scheduler-file", str(file), "--no-dashboard"]
     processes = [subprocess.Popen([*DASK, "scheduler", *here, "--port", "0"], **quiet)]
     try:
-        until(file.exists)
+        until(lambda: file.exists() and file.stat().st_size > 0)  # it is made empty, and written in one go
         for _ in range(2):
             worker = [*DASK, "worker", *here, "--nthreads", "1", "--no-nanny", "--local-directory", str(folder)]
             processes.append(

@@ -372,7 +372,7 @@ def dask(folder, count, **environment):
     here = ["--host", "127.0.0.1", "--scheduler-file", file, "--no-dashboard"]
     processes = [subprocess.Popen([*command, "scheduler", *here, "--port", "0"], **given)]
     try:
-        until(file.exists)
+        until(lambda: file.exists() and file.stat().st_size > 0)  # it is made empty, and written in one go
         worker = [*command, "worker", *here, "--nthreads", "1", "--no-nanny", "--local-directory", folder]
         processes += [subprocess.Popen(worker, **given) for _ in range(count)]
         yield json.loads(file.read_text())["address"], processes[1:]
