@@ -535,8 +535,7 @@ class Prepared:
             return vertices, 0.0
         rms = float(np.ldexp(np.sqrt(np.vdot(displacement, displacement) / len(vertices)), self.exponent))
 
-        def move(first: int, last: int) -> None:
-            at = slice(first * blocks.ROWS, last * blocks.ROWS)
+        def move(at: slice) -> None:
             if self.place is None:
                 step = displacement[at]
             else:
@@ -545,7 +544,7 @@ class Prepared:
             step = _scaled(step, self.exponent)
             np.add(vertices[at], step, out=vertices[at], where=step != 0)
 
-        blocks.in_threads(move, len(vertices))
+        blocks.in_slices(move, len(vertices))
         return vertices, rms
 
     def _displacement_of(self, result: SmoothingResult) -> Floats:
@@ -683,10 +682,10 @@ def _corners(F: Integers, n: int) -> Booleans:
     """(n,) whether a vertex is a corner of a face."""
     found = np.zeros(n, dtype=np.bool_)
 
-    def mark(first: int, last: int) -> None:
-        found[F[first * blocks.ROWS : last * blocks.ROWS]] = True
+    def mark(at: slice) -> None:
+        found[F[at]] = True
 
-    blocks.in_threads(mark, len(F))
+    blocks.in_slices(mark, len(F))
     return found
 
 
@@ -945,12 +944,11 @@ def _normalised(V: Floats) -> tuple[Floats, int]:
     exponent = int(np.frexp((high - centre).max())[1])
     centred = np.empty_like(V)
 
-    def centre_rows(first: int, last: int) -> None:
-        at = slice(first * blocks.ROWS, last * blocks.ROWS)
+    def centre_rows(at: slice) -> None:
         np.subtract(V[at], centre, out=centred[at])
         centred[at] = _scaled(centred[at], -exponent)
 
-    blocks.in_threads(centre_rows, len(V))
+    blocks.in_slices(centre_rows, len(V))
     return centred, exponent
 
 

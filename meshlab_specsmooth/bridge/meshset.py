@@ -116,8 +116,7 @@ def in_one_pass(before: Floats, wanted: Floats) -> Floats:
     """
     reached = np.empty_like(wanted)
 
-    def reach(first: int, last: int) -> None:
-        at = slice(first * blocks.ROWS, last * blocks.ROWS)
+    def reach(at: slice) -> None:
         v, t = before[at], reached[at]
         np.subtract(wanted[at], v, out=t)
         t += v
@@ -126,7 +125,7 @@ def in_one_pass(before: Floats, wanted: Floats) -> Floats:
             # once more, as t - v may round as well where t is the larger one
             t[rounded] = v[rounded] + (t[rounded] - v[rounded])
 
-    blocks.in_threads(reach, len(wanted))
+    blocks.in_slices(reach, len(wanted))
     return reached
 
 

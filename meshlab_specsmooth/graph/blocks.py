@@ -55,6 +55,11 @@ def in_threads(work: Work, n: int, width: int = 3) -> None:
     each(lambda of: work(*of), itertools.pairwise(bounds))
 
 
+def in_slices(work: Callable[[slice], object], n: int) -> None:
+    """The same, by slices of the rows."""
+    in_threads(lambda first, last: work(slice(first * ROWS, min(last * ROWS, n))), n)
+
+
 def each(work: Callable[[Item], None], items: Iterable[Item]) -> None:
     """Call ``work(item)`` for each, in threads."""
     first, *others = items
@@ -67,11 +72,7 @@ def each(work: Callable[[Item], None], items: Iterable[Item]) -> None:
 def multiply(X: Floats, by: Floats, out: Floats) -> Floats:
     """``out`` becomes X ``by``, for X and ``out`` of shape (n, 3) and ``by`` of shape (n, 1)."""
 
-    def work(first: int, last: int) -> None:
-        at = slice(first * ROWS, last * ROWS)
-        np.multiply(X[at], by[at], out=out[at])
-
-    in_threads(work, len(X))
+    in_slices(lambda at: np.multiply(X[at], by[at], out=out[at]), len(X))
     return out
 
 

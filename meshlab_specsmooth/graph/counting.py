@@ -64,11 +64,7 @@ def _merged(start: Integers, leaving: Integers, arriving: Integers, n: int) -> t
     indptr = np.zeros(n + 1, dtype=np.int32)
 
     def merge(indices: Integers | None, faces: Integers | None) -> None:
-        def work(first: int, last: int) -> None:
-            low, high = blocks.rows(first, n).start, blocks.rows(last - 1, n).stop
-            _merge(low, high, start, leaving, arriving, indptr, indices, faces)
-
-        blocks.in_threads(work, n)
+        blocks.in_slices(lambda at: _merge(at.start, at.stop, start, leaving, arriving, indptr, indices, faces), n)
 
     merge(None, None)
     np.cumsum(indptr, out=indptr)
