@@ -19,7 +19,6 @@ import numpy as np
 
 from meshlab_specsmooth.graph.laplacian import Laplacian
 from meshlab_specsmooth.noise import (
-    CORRELATED,
     IMPULSE,
     LEAST_WEIGHT,
     MOST_WEIGHT,
@@ -35,6 +34,7 @@ from meshlab_specsmooth.noise import (
     weight_for,
 )
 from meshlab_specsmooth.operators import Gram
+from meshlab_specsmooth.patches import draw_sample
 from meshlab_specsmooth.reconstruction import passed_on
 from meshlab_specsmooth.spectral.design import design
 from meshlab_specsmooth.surface import Booleans, Floats, Integers
@@ -62,12 +62,6 @@ _NOTHING = 0.002
 # below the first level, in edges, it has not disturbed any and the shift is left out; above the second all is kept.
 _STILL, _SHIFTING = 0.03, 0.1
 
-# Meshes of more vertices than _WHOLE are judged by patches of _PATCH vertices each
-_WHOLE = 10_000
-_PATCHES = 4
-_PATCH = 2000
-_PATCH_SEED = 5
-
 # The least squares take a time that grows as one over the weight. Up to so many vertices it is taken as low as the
 # estimate has it; beyond, not below the first guess, which leaves a fifth to a third of the noise, in a second or two.
 _LARGE = 100_000
@@ -93,15 +87,12 @@ class Choice:
         In the units of the positions.
     response : str
         Name of the response, of those that there were to choose from.
-    warning : str or None
-        What the estimate does not cover.
     """
 
     weight: float
     risk: float
     noise: Noise
     response: str
-    warning: str | None = None
 
     @property
     def error(self) -> float:
@@ -138,7 +129,13 @@ class LowPass:
 
 
 def choose(
-    positions: Floats, faces: Integers, L: Laplacian, favor: str, responses: Sequence[str], shortest: float
+    positions: Floats,
+    faces: Integers,
+    L: Laplacian,
+    favor: str,
+    responses: Sequence[str],
+    shortest: float,
+    counted: Booleans | None = None,
 ) -> Choice:
     """The barycentre weight, and the response, of least estimated error.
 
@@ -154,11 +151,15 @@ def choose(
         To choose from; of a large mesh the first is taken.
     shortest : float
         The shortest wave that the low-pass keeps, in mean edges.
+    counted : (k,) bool, optional
+        Vertices that have a say, where these are enough; all by default.
     """
-    on = part_of(positions, faces, L)
+    on = part_of(positions, faces, L, counted)
     measured = measure(on)
     is_large = len(positions) > _LARGE
     noise = measured.noise
+    if noise.is_left_alone:
+        return Choice(MOST_WEIGHT, max(noise.level, noise.resolution) ** 2, noise, responses[0])
     if noise.kind == IMPULSE:
         on = sheet(robust(on.positions, on.faces, on.L, on.gram), on.faces)
         measured = measure(on)
@@ -191,7 +192,7 @@ def choose_on(on: Sheet, measured: Measured, favor: str, low_pass: LowPass, is_l
 
     log_weight, least = _least(risk, float(np.log(guess)), _ALIKE if favor == "position" else 0.0, least_weight)
     weight = float(np.clip(np.exp(log_weight), least_weight, MOST_WEIGHT))
-    return Choice(weight, least, found, low_pass.name, warning_of(found))
+    return Choice(weight, least, found, low_pass.name)
 
 
 def _least(risk: Callable[[float], float], start: float, alike: float, lowest: float) -> tuple[float, float]:
@@ -215,16 +216,6 @@ def _least(risk: Callable[[float], float], start: float, alike: float, lowest: f
     least = y[1] - slope**2 / (4 * curvature)
     lower = np.sqrt(((1 + alike) ** 2 - 1) * max(least, 0.0) / curvature)
     return x[1] + step * float(-slope / (2 * curvature) - min(lower, 0.5)), least
-
-
-def warning_of(noise: Noise) -> str | None:
-    """What the choice cannot take into account."""
-    if noise.kind == CORRELATED:
-        return (
-            "the noise is shared between neighbours; nothing tells its long waves from shape, so the level and the "
-            "strength are a guess"
-        )
-    return None
 
 
 def robust(X: Floats, F: Integers, L: Laplacian, gram: Gram) -> Floats:
@@ -270,32 +261,11 @@ def drifting(noise: Noise) -> float:
     return float(np.clip((level - _STILL) / (_SHIFTING - _STILL), 0.0, 1.0))
 
 
-def part_of(positions: Floats, faces: Integers, L: Laplacian) -> Sheet:
-    """The mesh, or connected patches that stand for it where it is large."""
-    if len(positions) <= _WHOLE:
-        return sheet(positions, faces)
-    starts = np.random.default_rng(_PATCH_SEED).choice(len(positions), _PATCHES, replace=False)
-    chosen = np.zeros(len(positions), dtype=np.bool_)
-    for start in starts:
-        chosen |= _around(L, int(start))
-    kept = faces[chosen[faces[:, 0]]]  # few are left to look at
-    kept = kept[chosen[kept].all(axis=1)]
-    at, numbered = np.unique(kept, return_inverse=True)
-    return sheet(positions[at], numbered.reshape(-1, 3).astype(np.int32))
+def part_of(positions: Floats, faces: Integers, L: Laplacian, counted: Booleans | None = None) -> Sheet:
+    """The mesh, or connected patches that stand for it where it is large; the same for any order of its vertices.
 
-
-def _around(L: Laplacian, start: int) -> Booleans:
-    """The vertices nearest to one, ring by ring."""
-    first, neighbours = L.graph.indptr, L.graph.indices
-    reached = np.zeros(L.size, dtype=np.bool_)
-    ring, count = np.array([start]), 0
-    while len(ring):
-        reached[ring] = True
-        count += len(ring)
-        if count >= _PATCH:
-            break
-        degree = first[ring + 1] - first[ring]
-        begin = np.cumsum(degree) - degree
-        beyond = neighbours[np.repeat(first[ring] - begin, degree) + np.arange(degree.sum())]
-        ring = np.unique(beyond[~reached[beyond]])
-    return reached
+    What is not ``counted``, (k,) bool, has no say where enough is left.
+    """
+    sample = draw_sample(positions, faces, L, counted)
+    at = sample.vertices
+    return sheet(positions[at], sample.faces, None if counted is None else counted[at])

@@ -21,11 +21,13 @@ from scipy.special import ndtr
 from meshlab_specsmooth.graph.build import of_mesh
 from meshlab_specsmooth.graph.laplacian import Laplacian, laplacian
 from meshlab_specsmooth.operators import Gram, gram_of_barycenters
+from meshlab_specsmooth.patches import MIN_COUNTED
 from meshlab_specsmooth.reconstruction import TOLERANCE, solve
 from meshlab_specsmooth.surface import Booleans, Floats, Integers
+from meshlab_specsmooth.triangles import compute_aspects, compute_heights
 
 NONE, WHITE, DIRECTIONAL, QUANTISED = "none", "white", "directional", "quantised"
-IMPULSE, CORRELATED = "impulse", "correlated"
+IMPULSE, CORRELATED, UNCLEAR = "impulse", "correlated", "unclear"
 
 # Below this share of an edge nothing is called noise: it tilts normals by a degree or two, and the triangles of any
 # real mesh leave as much (an unsmoothed scan of 28 000 vertices has 0.015, a coarse model of 3000 more).
@@ -72,6 +74,21 @@ _GROWTH_OF_DETAIL, _SCATTER = 1.6, 1.1
 # Coordinates that are rounded to a lattice take few values, each many times
 _FEWEST_STEPS, _FEWEST_PER_STEP = 8, 4
 
+# Half of the triangles longer than this against their altitude: the uniform Laplacian sees their shape as noise. White
+# noise of half an edge on even triangles gives a median of 2 to 3, adaptive meshes have 2, stretched ones 3 to 5.
+_MAX_ASPECT = 6.0
+# Detail of a coarse shape looks like noise that neighbors share, but grows from band to band like shape, and is as high
+# in L^4 as in L^2, where shared noise falls off (measured on decimated models; noise shared over two edges or more)
+_GROWTH_OF_COARSE = (2.6, 2.1)
+_STEADY = 0.85
+_MAX_OUTLIERS = 0.1  # where a part of the surface has noise and the rest has not, there are more
+# White noise leaves a hundredth of the corners within this fraction of its level of the plane of the next face. Where
+# it is a fifth, the faces are flat on purpose. Staircases of masks have such faces too, but even triangles, and no
+# shape that takes over within two octaves.
+_FLAT_HEIGHT, _MAX_FLAT = 0.02, 0.2
+_MAX_ASPECT_OF_FLAT = 3.5
+_GROWTH_OF_FLAT = 2.2
+
 # Eigenvalues of the covariance of noise of one level in all directions are within a factor of two of their mean, and
 # the median and the mean square of its residual agree
 _ONE_SIDED, _UNLIKE = 2.0, 1.1
@@ -96,11 +113,12 @@ class Noise:
     low, high : float
         Interval that holds it in 95 of 100 cases, if the kind is right; not for ``"correlated"``, whose long waves
         nothing tells from shape: there it is a factor of two either way.
-    kind : {"none", "white", "directional", "quantised", "impulse", "correlated"}
+    kind : {"none", "white", "directional", "quantised", "impulse", "correlated", "unclear"}
         ``"none"``: below 2 % of an edge. ``"white"``: independent from vertex to vertex. ``"directional"``: white,
         and along one direction mostly, as along the line of sight. ``"quantised"``: coordinates rounded to a lattice.
         ``"impulse"``: some vertices far off.
-        ``"correlated"``: shared between neighbours.
+        ``"correlated"``: shared between neighbours. ``"unclear"``: the triangles are too uneven, too coarse or too few
+        to tell noise from shape; the level is 0 then, and ``high`` is what it would be if nothing were shape.
     mean_edge : float
         Of the mesh as given; noise makes edges longer.
     orders : (4,) tuple of float
@@ -117,6 +135,8 @@ class Noise:
         Of the noise vector of a vertex, in units of the squared level, so far as it is seen along the normals.
     hit : float
         Share of the vertices that have noise: below 1 for impulses.
+    reason : str or None
+        Why noise and shape cannot be told apart; None but for ``"unclear"``.
 
     Examples
     --------
@@ -143,13 +163,34 @@ class Noise:
     shared: float
     covariance: Floats
     hit: float = 1.0
+    reason: str | None = None
+
+    @property
+    def warning(self) -> str | None:
+        """What a choice by this noise cannot take into account, in a sentence."""
+        if self.kind == UNCLEAR:
+            return f"nothing is moved: {self.reason}, so that noise cannot be told from shape; give barycenter_weight"
+        if self.kind == CORRELATED:
+            return (
+                "the noise is shared between neighbours; nothing tells its long waves from shape, so the level and the "
+                "strength are a guess"
+            )
+        return None
+
+    @property
+    def is_left_alone(self) -> bool:
+        """Whether there is nothing to remove, or nothing that could be told from shape."""
+        return self.kind in (NONE, UNCLEAR)
 
     @property
     def resolution(self) -> float:
         """The least error that an estimate can tell from none, in mesh units: sqrt(level (high - level)).
 
-        An estimated squared error is off by about twice the level times what the level is off by.
+        An estimated squared error is off by about twice the level times what the level is off by. Of an unclear level
+        nothing is known but its bound.
         """
+        if self.kind == UNCLEAR:
+            return self.high
         return float(np.sqrt(self.level * (self.high - self.level)))
 
     def told(self, error: float) -> str:
@@ -191,8 +232,11 @@ class Sheet:
     mean_edge: float
 
 
-def sheet(positions: Floats, faces: Integers) -> Sheet:
-    """The operators of a mesh; every vertex must have an edge."""
+def sheet(positions: Floats, faces: Integers, counted: Booleans | None = None) -> Sheet:
+    """The operators of a mesh; every vertex must have an edge.
+
+    What is not ``counted`` has no say, where enough is left.
+    """
     mesh = of_mesh(faces, len(positions))
     L = laplacian(mesh.graph)
     ends = mesh.boundary()
@@ -202,6 +246,8 @@ def sheet(positions: Floats, faces: Integers) -> Sheet:
     for _ in range(_MARGIN):
         outer |= adjacency @ outer.astype(np.float64) > 0
     inner = ~outer if (~outer).sum() >= _FEWEST else np.ones_like(outer)
+    if counted is not None and (inner & counted).sum() >= MIN_COUNTED:
+        inner &= counted
     return Sheet(positions, faces, L, gram_of_barycenters(mesh), inner, L.mean_edge_length(positions))
 
 
@@ -241,9 +287,11 @@ class Measured:
 
 def measure(on: Sheet) -> Measured:
     """Level and kind of the noise."""
-    if on.mean_edge == 0 or len(on.positions) < _FEWEST:
-        # too little to tell noise from shape
+    if on.mean_edge == 0:
         return Measured(nothing(on.mean_edge), normals(on.positions, on.faces))
+    if len(on.positions) < _FEWEST:
+        noise = unclear(nothing(on.mean_edge), on.mean_edge, f"there are fewer than {_FEWEST} vertices")
+        return Measured(noise, normals(on.positions, on.faces))
     white = np.random.default_rng(_SEED).standard_normal(on.positions.shape)
     level, guide, residual, peakedness = _followed(on)
     through, of_white = (_scales(on.L, X) for X in (on.positions, white))
@@ -293,7 +341,37 @@ def measure(on: Sheet) -> Measured:
         covariance,
         hit,
     )
-    return Measured(noise, guide)
+    reason = _doubt(on, noise)
+    return Measured(noise if reason is None else unclear(noise, max(high * spread, level), reason), guide)
+
+
+def unclear(noise: Noise, bound: float, reason: str) -> Noise:
+    """That noise cannot be told from shape; ``bound`` is the level if nothing were shape."""
+    return replace(
+        noise, level=0.0, low=0.0, high=bound, kind=UNCLEAR, shared=0.0, covariance=np.zeros((3, 3)), reason=reason
+    )
+
+
+def _doubt(on: Sheet, noise: Noise) -> str | None:
+    """Why what was measured may be shape: the triangles are too uneven, or flat on purpose."""
+    if noise.kind == NONE:
+        return None
+    aspect = float(np.median(compute_aspects(on.positions, on.faces)))
+    if aspect > _MAX_ASPECT:
+        return f"half of the triangles are more than {_MAX_ASPECT:.0f} times as long as high"
+    first, second, third = noise.bands[1:4]
+    grows = second > _GROWTH_OF_COARSE[0] * first and third > _GROWTH_OF_COARSE[1] * second
+    steady = noise.orders[3] > _STEADY * noise.orders[1]
+    if noise.kind == CORRELATED and grows and steady and noise.outliers < _MAX_OUTLIERS:
+        return "the shape has detail as fine as the triangles"
+    if noise.kind in (IMPULSE, QUANTISED):
+        return None
+    heights = compute_heights(on.positions, on.faces)
+    flat = float((heights < _FLAT_HEIGHT * noise.level).mean()) if len(heights) else 0.0
+    growing = noise.bands[3] > _GROWTH_OF_FLAT * noise.bands[2]
+    if flat > _MAX_FLAT and (aspect > _MAX_ASPECT_OF_FLAT or growing):
+        return f"{100 * flat:.0f} % of the edges are exactly flat, as in a CAD model, and the rest is too coarse"
+    return None
 
 
 def _followed(on: Sheet) -> tuple[float, Floats, Floats, float]:

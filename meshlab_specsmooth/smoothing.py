@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -15,9 +16,14 @@ from meshlab_specsmooth.errors import InvalidParameter, check_name
 from meshlab_specsmooth.graph import blocks, order
 from meshlab_specsmooth.graph.build import of_mesh
 from meshlab_specsmooth.graph.laplacian import Laplacian
+from meshlab_specsmooth.guard import Change as ShapeChange
+from meshlab_specsmooth.guard import compare_shapes
 from meshlab_specsmooth.memory import require
-from meshlab_specsmooth.noise import CORRELATED, IMPULSE, Noise
+from meshlab_specsmooth.noise import CORRELATED, IMPULSE, MOST_WEIGHT, UNCLEAR, Noise
 from meshlab_specsmooth.operators import LAPLACIANS, Gram, gram_of_barycenters, laplacian_of_kind
+from meshlab_specsmooth.outliers import replace_outliers
+from meshlab_specsmooth.parts import Part, describe_left_alone, describe_levels, label_components, split
+from meshlab_specsmooth.patches import WHOLE
 from meshlab_specsmooth.reconstruction import Constraints, Solution, passed_on, solve
 from meshlab_specsmooth.region import BOUNDARIES, Rim, blend, rim, weights
 from meshlab_specsmooth.response import RESPONSES
@@ -28,6 +34,8 @@ from meshlab_specsmooth.spectral.density import Density
 from meshlab_specsmooth.spectral.design import Design, design, design_band, is_exact
 from meshlab_specsmooth.spectral.progress import Progress, part, rising
 from meshlab_specsmooth.surface import Booleans, Floats, Integers, Surface
+from meshlab_specsmooth.triangles import find_uneven_vertices
+from meshlab_specsmooth.welding import find_copies
 
 # The default cut-off: waves of 20 edges are shape on any mesh that resolves its shape at all, waves of a few edges are
 # where noise is.
@@ -43,6 +51,13 @@ _KEPT = 6
 
 # A cut-off that keeps this share of all modes has nothing to work on
 _NEARLY_ALL = 0.9
+
+# A result out of proportion to the noise is tried again with a weight so many times as high, so often, before the input
+# is handed back
+_FIRMER, _RETRIES = 3.0, 2
+
+# A given weight that changes the volume or the size by more than this is warned of
+_WORTH_A_WARNING = 0.02
 
 # Share of the time of a call that goes into what does not depend on the parameters
 _ASSEMBLY = 0.25
@@ -60,6 +75,7 @@ _METHOD = SMOOTHING_DEFAULTS.text("method")
 _COUNTING = SMOOTHING_DEFAULTS.text("counting")
 _BOUNDARY = SMOOTHING_DEFAULTS.text("boundary")
 _FAVOR = SMOOTHING_DEFAULTS.text("favor")
+_WELD = bool(SMOOTHING_DEFAULTS.number("weld"))
 _FEATURE_GAIN = SMOOTHING_DEFAULTS.number("feature_gain")
 _LOW_PASS_RESPONSE = LOW_PASS_DEFAULTS.text("response")
 _ENHANCING_RESPONSE = ENHANCEMENT_DEFAULTS.text("response")
@@ -126,7 +142,12 @@ class SmoothingResult:
         Expected root mean square error along the normals, in mesh units, where the weight was chosen. What is below
         ``noise.resolution`` cannot be told from none; 0 where the estimate came out below zero.
     warning : str or None
-        What the choice of a weight could not take into account, or that the cut-off leaves next to nothing to smooth.
+        What the choice of a weight could not take into account, what was left alone for that, or that the cut-off
+        leaves next to nothing to smooth.
+    welded : int
+        Vertices that lie where another one does, and moved with it.
+    outliers : (k,) int64
+        Single stray vertices that were put where their neighbors expect them, where the weight was chosen.
     """
 
     vertices: Floats
@@ -150,6 +171,8 @@ class SmoothingResult:
     noise: Noise | None = None
     estimated_error: float | None = None
     warning: str | None = None
+    welded: int = 0
+    outliers: npt.NDArray[np.int64] = field(default_factory=lambda: np.empty(0, dtype=np.int64))
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,7 +187,8 @@ class Prepared:
         The vertices that have an edge, in an order that keeps neighbours near each other; the others stay. All
         operators act on these.
     place : (n,) int32 or None
-        Where each vertex is among these, -1 for those that stay; None where all move, in the order given.
+        Where each vertex is among these, -1 for those that stay; None where all move, in the order given. Vertices at
+        one place are one of these.
     positions : (k, 3) float64
         Their positions, centred, times 2^-exponent, so that they lie in [-1, 1].
     exponent : int
@@ -181,6 +205,10 @@ class Prepared:
         ``"uniform"`` or ``"cotangent"``.
     modes : Density or None
         Where the modes lie, so that a number of modes costs nothing; None where that is not worth knowing beforehand.
+    welded : int
+        Vertices that lie where another one does.
+    doubts : tuple of str
+        What is to be said of the surface with every result.
     spare : list of (k, 3) float64
         Memory of the last run, up to 144 bytes a vertex, which the next one writes over.
     """
@@ -197,6 +225,8 @@ class Prepared:
     rim: Rim | None
     kind: str
     modes: Density | None = None
+    welded: int = 0
+    doubts: tuple[str, ...] = ()
     spare: list[Floats] = field(default_factory=list)
 
     def __repr__(self) -> str:
@@ -239,28 +269,20 @@ class Prepared:
         responses = (response,) if response != "auto" else _CHOSEN_FROM if all_chosen else ("ideal",)
         response = responses[-1]
         if barycenter_weight is None:
-            if modes is not None and wavelength is None:
-                cutoff = self._design(modes, None, response, method, counting, 1.0, None).cutoff
-                shortest = wavelength_in_edges(cutoff.eigenvalue)
-            else:
-                shortest = self._in_edges("wavelength", wavelength, DEFAULT_WAVELENGTH_IN_EDGES)
-            chosen = self._chosen(favor, boundary, mask, responses, shortest)
-            result = chosen.start.smooth(
-                modes=modes,
-                wavelength=wavelength,
-                response=chosen.choice.response,
-                barycenter_weight=chosen.choice.weight,
-                passes=passes,
-                method=method,
-                counting=counting,
-                boundary=boundary,
-                mask=mask,
-                features=features,
-                feature_gain=feature_gain,
-                start=start,
-                progress=rising(progress),
+            automatic = _Automatic(
+                favor,
+                responses,
+                {
+                    "modes": modes,
+                    "wavelength": wavelength,
+                    "passes": passes,
+                    "method": method,
+                    "counting": counting,
+                    "boundary": boundary,
+                    "feature_gain": feature_gain,
+                },
             )
-            return self._told(result, chosen, began)
+            return self._smooth_automatically(automatic, mask, features, start, progress, began)
         _check_weight(barycenter_weight)
         designing, progress = self._shares(method, progress)
         low_pass = self._design(modes, wavelength, response, method, counting, barycenter_weight, designing)
@@ -287,7 +309,9 @@ class Prepared:
 
         guess = None if start is None else self._displacement_of(start)
         result = self._run(removed, low_pass, along, region, barycenter_weight, passes, began, progress, guess)
-        return replace(result, warning=_warning_of(low_pass, len(self.moving))) if modes is None else result
+        if modes is None:
+            result = _with_warning(result, _warning_of(low_pass, len(self.moving)))
+        return result
 
     def enhance(
         self,
@@ -359,12 +383,160 @@ class Prepared:
             displacement *= blend(self.L, self._weights("mask", mask))
         return self._result(displacement, low_pass, 0.0, [], start)
 
-    def _chosen(
-        self, favor: str, boundary: str, mask: npt.ArrayLike | None, responses: Sequence[str], shortest: float
-    ) -> _Chosen:
+    def _smooth_automatically(
+        self,
+        automatic: _Automatic,
+        mask: npt.ArrayLike | None,
+        features: npt.ArrayLike | None,
+        start: SmoothingResult | None,
+        progress: Progress | None,
+        began: float,
+        is_part: bool = False,
+    ) -> SmoothingResult:
+        """With a weight by the noise: part by part, without strays, and no more than the noise explains."""
+        count, labels = label_components(self.L)
+        if count > 1 and not is_part:
+            parts = split(self.positions, self.faces, self.L, count, labels)
+            if len(parts) > 1:
+                return self._smooth_parts(parts, automatic, mask, features, progress, began)
+        boundary = automatic.given["boundary"]
+        held = find_uneven_vertices(self.positions, self.faces, self.L) if len(self.moving) <= WHOLE else None
+        if held is not None and held.any() and not held.all():
+            mask = self._mask_without(mask, held)
+        else:
+            held = None
+        region = self._region(boundary, mask, 1.0)
+        base, outliers = self._without_outliers(region)
+        chosen = base._choose(automatic, mask)
+        noise = chosen.choice.noise
+        if noise.kind == UNCLEAR:  # then strays cannot be told from shape either
+            base, outliers = self, outliers[:0]
+        if noise.is_left_alone:
+            result = self._unchanged(automatic, chosen.choice, base, began)
+        else:
+            result = base._smooth_within_reason(
+                automatic, chosen, mask, features, start, progress, count, labels, began
+            )
+        if base is not self:
+            displacement = self._displacement_of(result)
+            displacement += base.positions - self.positions
+            vertices, rms = self._moved_by(displacement)
+            result = replace(result, vertices=vertices, displacement=rms)
+        unit = self.exponent
+        result = replace(
+            result,
+            noise=noise.scaled(unit),
+            estimated_error=float(np.ldexp(chosen.choice.error, unit)),
+            mean_edge=float(np.ldexp(noise.mean_edge, unit)),
+            outliers=self.moving[outliers].astype(np.int64),
+            seconds=time.perf_counter() - began,
+        )
+        if len(outliers):
+            strays = "vertex was" if len(outliers) == 1 else "vertices were"
+            result = _with_warning(result, f"{len(outliers)} stray {strays} put where the neighbors expect them")
+        if held is not None and not noise.is_left_alone:
+            result = _with_warning(result, f"{int(held.sum())} vertices between long thin triangles are left alone")
+        return _with_warning(result, noise.warning)
+
+    def _mask_without(self, mask: npt.ArrayLike | None, held: Booleans) -> Floats:
+        """(n,) the mask, 0 at some of the moving vertices, (k,)."""
+        n = len(self.surface.vertices)
+        free = np.ones(n) if mask is None else weights("mask", mask, n).copy()
+        if self.place is None:
+            free[held] = 0.0
+        else:
+            free[(self.place >= 0) & held[self.place]] = 0.0
+        return free
+
+    def _smooth_parts(
+        self,
+        parts: Sequence[Part],
+        automatic: _Automatic,
+        mask: npt.ArrayLike | None,
+        features: npt.ArrayLike | None,
+        progress: Progress | None,
+        began: float,
+    ) -> SmoothingResult:
+        """Each part by its own noise and edges; the evidence is that of the largest one."""
+        displacement = np.zeros_like(self.positions)
+        results: list[tuple[Part, SmoothingResult]] = []
+        masks = None if mask is None else self._weights("mask", mask)[:, 0]
+        marked = None if features is None else self._weights("features", features)[:, 0]
+        vertices = self.surface.vertices[self.moving]
+        place = np.empty(len(self.moving), dtype=np.int32)
+        warnings, done = [], 0
+        for part_ in parts:
+            if part_.is_left_alone:
+                warnings.append(describe_left_alone(part_))
+                continue
+            at = part_.vertices
+            place[at] = np.arange(len(at), dtype=np.int32)
+            alone = assemble(vertices[at], place[self.faces[part_.faces]], self.kind, weld=False)
+            modes = automatic.given["modes"]
+            if modes is not None:  # as many of the part as of the whole
+                share = max(1, round(modes * len(at) / len(self.moving)))
+                own = replace(automatic, given=automatic.given | {"modes": min(share, len(alone.moving))})
+            else:
+                own = automatic
+            result = alone._smooth_automatically(
+                own,
+                None if masks is None else masks[at],
+                None if marked is None else marked[at],
+                None,
+                part(progress, done / len(vertices), len(at) / len(vertices)),
+                time.perf_counter(),
+                is_part=True,
+            )
+            done += len(at)
+            displacement[at] = _scaled(result.vertices - vertices[at], -self.exponent)
+            results.append((part_, result))
+            if result.warning is not None:
+                warnings.append(f"{result.warning} ({len(at)} of {len(vertices)} vertices)")
+        moved, rms = self._moved_by(displacement)
+        # a part that can be told anything of stands for the whole
+        first = max(
+            results,
+            key=lambda pair: (pair[1].noise is not None and not pair[1].noise.is_left_alone, len(pair[0].vertices)),
+        )
+        squares = [len(p.vertices) * (r.estimated_error or 0.0) ** 2 for p, r in results]
+        return _with_warning(
+            replace(
+                first[1],
+                vertices=moved,
+                displacement=rms,
+                estimated_error=float(np.sqrt(sum(squares) / len(vertices))),
+                welded=self.welded,
+                outliers=np.sort(np.concatenate([self.moving[p.vertices[r.outliers]] for p, r in results])),
+                warning=None,
+                seconds=time.perf_counter() - began,
+            ),
+            *self.doubts,
+            describe_levels([r.noise for _, r in results if r.noise is not None]),
+            *warnings,
+        )
+
+    def _without_outliers(self, region: _Region) -> tuple[Prepared, npt.NDArray[np.int64]]:
+        """The same with strays put back, and which these are among the moving vertices."""
+        positions, outliers = replace_outliers(self.positions, self.L)
+        outliers = outliers[region.free[outliers, 0] > 0]
+        if len(outliers) == 0:
+            return self, outliers
+        repaired = self.positions.copy()
+        repaired[outliers] = positions[outliers]
+        return replace(self, positions=repaired), outliers
+
+    def _choose(self, automatic: _Automatic, mask: npt.ArrayLike | None) -> _Chosen:
         """The weight of least estimated error, and where to start from: impulses drawn in, a noisy rim smoothed."""
-        faces = self.faces
-        choice = choose(self.positions, faces, self.L, favor, responses, shortest)
+        faces, boundary = self.faces, automatic.given["boundary"]
+        counted = None if mask is None else self._weights("mask", mask)[:, 0] > 0
+        modes, wavelength = automatic.given["modes"], automatic.given["wavelength"]
+        if modes is not None and wavelength is None:
+            given = automatic.given
+            cutoff = self._design(modes, None, automatic.responses[-1], given["method"], given["counting"], 1.0, None)
+            shortest = wavelength_in_edges(cutoff.cutoff.eigenvalue)
+        else:
+            shortest = self._in_edges("wavelength", wavelength, DEFAULT_WAVELENGTH_IN_EDGES)
+        choice = choose(self.positions, faces, self.L, automatic.favor, automatic.responses, shortest, counted)
         start = self.positions
         if choice.noise.kind == IMPULSE:
             start = robust(start, faces, self.L, self.gram)
@@ -374,24 +546,83 @@ class Prepared:
             start = np.where(self._region("free", mask, 1.0).free > 0, start, self.positions)
         return _Chosen(choice, self if start is self.positions else replace(self, positions=start))
 
-    def _told(self, result: SmoothingResult, chosen: _Chosen, began: float) -> SmoothingResult:
-        """The result with what was chosen, and with what impulses were drawn in by added to it."""
-        noise, unit = chosen.choice.noise.scaled(self.exponent), self.exponent
-        result = replace(
-            result,
-            noise=noise,
-            estimated_error=float(np.ldexp(chosen.choice.error, unit)),
-            warning="; ".join(filter(None, (chosen.choice.warning, result.warning))) or None,
-            mean_edge=noise.mean_edge,
-        )
-        if chosen.start is not self or drifts(chosen.choice.noise):
-            # from where the choice was made to where it was asked for: the impulses are added, the drift is taken away
+    def _smooth_within_reason(
+        self,
+        automatic: _Automatic,
+        chosen: _Chosen,
+        mask: npt.ArrayLike | None,
+        features: npt.ArrayLike | None,
+        start: SmoothingResult | None,
+        progress: Progress | None,
+        count: int,
+        labels: npt.NDArray[np.int32],
+        began: float,
+    ) -> SmoothingResult:
+        """With the chosen weight; higher, or not at all, where the shape changes by more than the noise explains."""
+        notes: list[str | None] = []
+        weight = chosen.choice.weight
+        closed = np.ones(count, dtype=np.bool_)
+        if self.rim is not None:
+            closed[labels[self.rim.vertices]] = False
+        excess: ShapeChange | None = None
+        for _ in range(_RETRIES + 1):
+            result = chosen.start.smooth(
+                **automatic.given,
+                response=chosen.choice.response,
+                barycenter_weight=weight,
+                mask=mask,
+                features=features,
+                start=start if excess is None else None,
+                progress=rising(progress),
+            )
+            result = self._from_start(result, chosen)
             displacement = self._displacement_of(result)
-            displacement += chosen.start.positions - self.positions
-            displacement = without_drift(displacement, self.positions, self.faces, chosen.choice.noise)
+            change = compare_shapes(
+                self.positions,
+                self.positions + displacement,
+                self.faces,
+                closed,
+                labels if count > 1 else None,
+                chosen.choice.noise,
+            )
+            if not change.excessive.any():
+                break
+            excess, weight = change, weight * _FIRMER
+        else:
+            # what still changes too much is left alone, component by component
+            displacement[change.excessive[labels]] = 0.0
             vertices, rms = self._moved_by(displacement)
             result = replace(result, vertices=vertices, displacement=rms)
-        return replace(result, seconds=time.perf_counter() - began)
+        if excess is not None:
+            done = "a weaker result is" if not change.excessive.any() else "the input is"
+            some = (
+                f" of {int(change.excessive.sum())} of {count} components"
+                if change.excessive.any() and count > 1
+                else ""
+            )
+            notes.append(
+                f"smoothing as strongly as the estimate asks for would change the shape by more than noise explains "
+                f"({excess.describe()}): {done} returned instead{some}"
+            )
+        return _with_warning(result, *notes)
+
+    def _from_start(self, result: SmoothingResult, chosen: _Chosen) -> SmoothingResult:
+        """The result with what impulses were drawn in by added to it, and without needless drift."""
+        if chosen.start is self and not drifts(chosen.choice.noise):
+            return result
+        displacement = self._displacement_of(result)
+        displacement += chosen.start.positions - self.positions
+        displacement = without_drift(displacement, self.positions, self.faces, chosen.choice.noise)
+        vertices, rms = self._moved_by(displacement)
+        return replace(result, vertices=vertices, displacement=rms)
+
+    def _unchanged(self, automatic: _Automatic, choice: Choice, base: Prepared, began: float) -> SmoothingResult:
+        """The surface as it is, with what the filter would have been."""
+        given = automatic.given
+        low_pass = base._design(
+            given["modes"], given["wavelength"], choice.response, given["method"], given["counting"], MOST_WEIGHT, None
+        )
+        return base._result(np.zeros_like(base.positions), low_pass, MOST_WEIGHT, [], began)
 
     def _run(
         self,
@@ -490,8 +721,14 @@ class Prepared:
         return float(np.clip(edges, *_DIFFERENT_IN_EDGES))
 
     def _weights(self, name: str, given: npt.ArrayLike) -> Floats:
-        """Weights of the moving vertices, (k, 1)."""
-        return weights(name, given, len(self.surface.vertices))[self.moving, None]
+        """Weights of the moving vertices, (k, 1); of vertices at one place the least mask and the greatest feature."""
+        each = weights(name, given, len(self.surface.vertices))
+        if self.welded == 0 or self.place is None:
+            return each[self.moving, None]
+        least, used = name == "mask", self.place >= 0
+        joined = np.full(len(self.moving), 1.0 if least else 0.0)
+        (np.minimum if least else np.maximum).at(joined, self.place[used], each[used])
+        return joined[:, None]
 
     def _region(self, boundary: str, mask: npt.ArrayLike | None, field: Floats | float) -> _Region:
         check_name("boundary", boundary, BOUNDARIES)
@@ -553,8 +790,10 @@ class Prepared:
             raise InvalidParameter(
                 f"start is a result for {len(result.vertices)} vertices; this mesh has {len(self.surface.vertices)}"
             )
-        step = result.vertices - self.surface.vertices
-        return _scaled(step if self.place is None else step.take(self.moving, axis=0), -self.exponent)
+        if self.place is None:
+            return _scaled(result.vertices - self.surface.vertices, -self.exponent)
+        at = self.moving
+        return _scaled(result.vertices.take(at, axis=0) - self.surface.vertices.take(at, axis=0), -self.exponent)
 
     def _result(
         self, displacement: Floats, low_pass: Design, weight: float, solutions: list[Solution], start: float
@@ -580,7 +819,18 @@ class Prepared:
             displacement=rms,
             kernels=self.L.kernels.name,
             seconds=time.perf_counter() - start,
+            warning="; ".join(self.doubts) or None,
+            welded=self.welded,
         )
+
+
+@dataclass(frozen=True, eq=False)
+class _Automatic:
+    """What a choice is made by, and what else was asked for."""
+
+    favor: str
+    responses: tuple[str, ...]
+    given: dict[str, Any]
 
 
 @dataclass(frozen=True, eq=False)
@@ -608,12 +858,14 @@ class _Chosen:
     start: Prepared
 
 
-def prepare(vertices: npt.ArrayLike, faces: npt.ArrayLike, *, laplacian: str = _LAPLACIAN) -> Prepared:
+def prepare(
+    vertices: npt.ArrayLike, faces: npt.ArrayLike, *, laplacian: str = _LAPLACIAN, weld: bool = _WELD
+) -> Prepared:
     """Build what does not depend on the parameters, to smooth the same surface many times.
 
     Parameters
     ----------
-    vertices, faces, laplacian
+    vertices, faces, laplacian, weld
         As for :func:`smooth`.
 
     Examples
@@ -624,14 +876,18 @@ def prepare(vertices: npt.ArrayLike, faces: npt.ArrayLike, *, laplacian: str = _
     >>> [prepared.smooth(modes=k).method for k in (1, 4)]
     ['exact', 'exact']
     """
-    prepared = assemble(vertices, faces, laplacian)
+    prepared = assemble(vertices, faces, laplacian, weld=weld)
     if prepared.L.size <= eigenbasis.DENSE_VERTICES:  # counted exactly
         return prepared
     return replace(prepared, modes=density.measure(prepared.L))
 
 
 def assemble(
-    vertices: npt.ArrayLike, faces: npt.ArrayLike, laplacian: str, progress: Progress | None = None
+    vertices: npt.ArrayLike,
+    faces: npt.ArrayLike,
+    laplacian: str,
+    progress: Progress | None = None,
+    weld: bool = True,
 ) -> Prepared:
     """What every run needs, and nothing that only saves time when there are many: see :func:`prepare`."""
     report = progress or (lambda fraction: None)
@@ -640,6 +896,9 @@ def assemble(
     V, F = surface.vertices, surface.faces
     require(BYTES_PER_VERTEX * len(V), f"smoothing {len(V)} vertices")
     report(0.2)
+    copies = find_copies(V, _corners(F, len(V))) if weld else None
+    if copies is not None:
+        given, F = F, copies.take(F)
     F = with_sides(F)
     moving = np.flatnonzero(_corners(F, len(V))).astype(np.int32)
     scattered = order.is_scattered(F, len(V))
@@ -651,11 +910,17 @@ def assemble(
         place = np.full(len(V), -1, dtype=np.int32)
         place[moving] = np.arange(len(moving), dtype=np.int32)
         F = place.take(F)
+    welded = 0
+    if copies is not None and place is not None:
+        used = _corners(given, len(V))
+        place[used] = place[copies[used]]
+        welded = int((copies[used] != np.flatnonzero(used)).sum())
     report(0.4)
     mesh = of_mesh(F, len(moving))
     report(0.8)
     positions, exponent = _normalised(V if place is None else V.take(moving, axis=0))
     L = laplacian_of_kind(laplacian, mesh, positions, F)
+    boundary = mesh.boundary()
     report(1.0)
     return Prepared(
         surface,
@@ -667,9 +932,24 @@ def assemble(
         F,
         L,
         gram_of_barycenters(mesh),
-        rim(positions, mesh.boundary()),
+        rim(positions, boundary),
         laplacian,
+        welded=welded,
+        doubts=tuple(_doubts(surface, len(boundary), len(mesh.graph.indices) // 2)),
     )
+
+
+def _doubts(surface: Surface, boundary_edges: int, edges: int) -> list[str]:
+    """What is to be said of a surface with every result."""
+    doubts = []
+    if surface.unused_not_finite:
+        doubts.append(f"{surface.unused_not_finite} vertices that no face uses are not finite and take no part")
+    if 2 * boundary_edges > edges:
+        doubts.append(
+            f"{boundary_edges} of {edges} edges have one face only: the triangles are hardly connected, and what is "
+            "not connected cannot be smoothed (merge close vertices first)"
+        )
+    return doubts
 
 
 def with_sides(F: Integers) -> Integers:
@@ -706,6 +986,7 @@ def smooth(
     mask: npt.ArrayLike | None = None,
     features: npt.ArrayLike | None = None,
     feature_gain: float = _FEATURE_GAIN,
+    weld: bool = _WELD,
     progress: Progress | None = None,
 ) -> SmoothingResult:
     """Spectral smoothing with barycentre constraints: the paper's method.
@@ -731,7 +1012,10 @@ def smooth(
         w > 0, dimensionless: how firmly the barycentres are held. It is the strength of the filter, more than the
         cut-off is: 1 is the paper, 0.3 suits noise of 0.2 edge lengths. Without it the noise is measured
         (:func:`meshlab_specsmooth.estimate_noise`), impulses are drawn in, and the weight of least estimated error is
-        taken, for a low cut-off; result.noise says what was found.
+        taken, for a low cut-off; result.noise says what was found. Single stray vertices are put back first. Components of
+        unlike scale or noise are smoothed one by one. Where noise cannot be told from shape, nothing is moved, and where
+        the shape would change by more than the noise explains, a weaker result or the input is returned; both are said in
+        result.warning.
     favor : {"position", "normals"}
         Whose error a chosen weight makes small; normals ask for more smoothing.
     passes : int
@@ -756,6 +1040,9 @@ def smooth(
     feature_gain : float
         What features keep of the differential coordinates that smoothing removes: 0 smooths them as the rest, 1 keeps
         them, above 1 enhances them. Without ``features`` it has no effect.
+    weld : bool
+        Whether vertices at one place move as one, as along texture seams and in triangle soups. Without, each copy is a
+        vertex of its own, and the surface ends at its edges.
     progress : callable, optional
         Called with the fraction done, rising to 1.
 
@@ -786,7 +1073,7 @@ def smooth(
     ('exact', 4, True)
     """
     start = time.perf_counter()
-    result = assemble(vertices, faces, laplacian, part(progress, 0.0, _ASSEMBLY)).smooth(
+    result = assemble(vertices, faces, laplacian, part(progress, 0.0, _ASSEMBLY), weld).smooth(
         modes=modes,
         wavelength=wavelength,
         response=response,
@@ -815,6 +1102,7 @@ def low_pass(
     method: str = _METHOD,
     counting: str = _COUNTING,
     mask: npt.ArrayLike | None = None,
+    weld: bool = _WELD,
     progress: Progress | None = None,
 ) -> SmoothingResult:
     """Plain spectral smoothing of the coordinates, V' = h(L) V: what the paper compares with.
@@ -835,7 +1123,7 @@ def low_pass(
            [1., 1., 0.]])
     """
     start = time.perf_counter()
-    result = assemble(vertices, faces, laplacian, part(progress, 0.0, _ASSEMBLY)).low_pass(
+    result = assemble(vertices, faces, laplacian, part(progress, 0.0, _ASSEMBLY), weld).low_pass(
         modes=modes,
         wavelength=wavelength,
         response=response,
@@ -861,6 +1149,7 @@ def enhance(
     boundary: str = _BOUNDARY,
     mask: npt.ArrayLike | None = None,
     features: npt.ArrayLike | None = None,
+    weld: bool = _WELD,
     progress: Progress | None = None,
 ) -> SmoothingResult:
     """Amplify a band of the surface's detail by the same three steps: delta' = delta + (gain - 1) band(L) delta.
@@ -875,7 +1164,7 @@ def enhance(
         w > 0: the barycentres hold waves back whose eigenvalue is below w, so it is smaller here than for smoothing.
     features : (n,) array of weights in [0, 1] or of bool, optional
         Where to enhance; everywhere by default.
-    vertices, faces, response, laplacian, method, boundary, mask, progress
+    vertices, faces, response, laplacian, method, boundary, mask, weld, progress
         As for :func:`smooth`; so are returns and errors. The result's cut-off is that of the shortest wave.
 
     Examples
@@ -888,7 +1177,7 @@ def enhance(
     True
     """
     start = time.perf_counter()
-    result = assemble(vertices, faces, laplacian, part(progress, 0.0, _ASSEMBLY)).enhance(
+    result = assemble(vertices, faces, laplacian, part(progress, 0.0, _ASSEMBLY), weld).enhance(
         longest=longest,
         shortest=shortest,
         gain=gain,
@@ -918,6 +1207,11 @@ def _passed_on(weight: float) -> PassedOn:
 def _passed_on_by_a_curve(weight: float) -> PassedOn:
     """The same along a curve, whose midpoints hold long waves half as firmly as barycentres do."""
     return _passed_on(weight / np.sqrt(2))
+
+
+def _with_warning(result: SmoothingResult, *warnings: str | None) -> SmoothingResult:
+    """The result with more to be said."""
+    return replace(result, warning="; ".join(filter(None, (result.warning, *warnings))) or None)
 
 
 def _warning_of(low_pass: Design, vertex_count: int) -> str | None:

@@ -30,7 +30,7 @@ class Surface:
         Positions in mesh units; stored as read-only float64.
     faces : (m, 3) integer array
         Vertex indices of each triangle; stored as read-only int32. Degenerate, duplicate, inconsistently oriented and
-        non-manifold faces are accepted, and so are vertices that no face refers to.
+        non-manifold faces are accepted, and so are vertices that no face refers to, which need not be finite.
 
     Raises
     ------
@@ -54,9 +54,17 @@ class Surface:
     def __post_init__(self) -> None:
         vertices = _checked_vertices(self.vertices)
         faces = _checked_faces(self.faces, len(vertices))
+        _check_coordinates(vertices, faces)
         for name, array in (("vertices", vertices), ("faces", faces)):
             array.flags.writeable = False
             object.__setattr__(self, name, array)
+
+    @property
+    def unused_not_finite(self) -> int:
+        """Number of vertices that are not finite; no face uses any of these."""
+        with np.errstate(invalid="ignore"):
+            is_finite = np.isfinite(self.vertices.sum())
+        return 0 if is_finite else int((~np.isfinite(self.vertices)).any(axis=1).sum())
 
 
 def _checked_vertices(given: Any) -> Floats:
@@ -67,18 +75,26 @@ def _checked_vertices(given: Any) -> Floats:
     vertices = np.array(array, dtype=np.float64, order="C", copy=True)
     if len(vertices) == 0:
         raise InvalidSurface("vertices", "is empty", "a surface needs vertices")
-    finite = np.isfinite(vertices)
-    if not finite.all():
-        row = int(np.flatnonzero(~finite.all(axis=1))[0])
-        raise InvalidSurface(
-            "vertices", f"is not finite: {vertices[row].tolist()}", "remove or repair that vertex first", row
-        )
-    if max(vertices.max(), -vertices.min()) > _LARGEST:
-        row = int(np.flatnonzero((np.abs(vertices) > _LARGEST).any(axis=1))[0])
-        raise InvalidSurface(
-            "vertices", f"is beyond {_LARGEST:.0e}: {vertices[row].tolist()}", "scale the mesh down", row
-        )
     return vertices
+
+
+def _check_coordinates(vertices: Floats, faces: Integers) -> None:
+    """Refuse coordinates that are not finite or too large, of vertices that a face uses."""
+    if max(vertices.max(), -vertices.min()) <= _LARGEST:  # false where there is a NaN
+        return
+    with np.errstate(invalid="ignore"):
+        bad = ~(np.abs(vertices) <= _LARGEST).all(axis=1)
+    used = np.zeros(len(vertices), dtype=np.bool_)
+    used[faces] = True
+    rows = np.flatnonzero(bad & used)
+    if len(rows) == 0:
+        return
+    row = int(rows[0])
+    if np.isfinite(vertices[row]).all():
+        problem, remedy = f"is beyond {_LARGEST:.0e}", "scale the mesh down"
+    else:
+        problem, remedy = "is not finite", "remove or repair that vertex first"
+    raise InvalidSurface("vertices", f"{problem}: {vertices[row].tolist()}", remedy, row)
 
 
 def _checked_faces(given: Any, vertex_count: int) -> Integers:

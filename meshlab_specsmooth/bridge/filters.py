@@ -327,7 +327,8 @@ def _smoothed(
     for name in ("modes", "wavelength", "longest", "shortest", "barycenter_weight"):
         if values.get(name) == 0:  # zero stands for "not given", as a filter's parameters all have a value
             del values[name]
-    prepared = assemble(vertices, faces, values.pop("laplacian"), part(progress, 0.0, _ASSEMBLY))
+    laplacian, weld = values.pop("laplacian"), values.pop("weld")
+    prepared = assemble(vertices, faces, laplacian, part(progress, 0.0, _ASSEMBLY), weld)
     return method(prepared, **values, progress=part(progress, _ASSEMBLY, _WRITING - _ASSEMBLY))
 
 

@@ -36,7 +36,7 @@ def built(V: Floats, F: Integers, counts: Booleans) -> Mesh:
     """The graphs and operators of a surface in mean edges, every vertex with a face."""
     graph = face_graph(F, len(V))
     pull = 1.0 / np.maximum(np.diff(graph.vertex_indptr), 1)
-    prepared = assemble(V, F, "uniform")
+    prepared = assemble(V, F, "uniform", weld=False)
     rim = np.zeros(len(V), dtype=np.bool_)
     if prepared.rim is not None:
         rim[prepared.moving[prepared.rim.vertices]] = True
@@ -60,6 +60,11 @@ def volume_of(mesh: Mesh, V: Floats) -> float:
 def smooth_automatically(mesh: Mesh, V: Floats, favor: str) -> SmoothingResult:
     """What the isotropic filter makes of positions by itself: impulses are drawn in first."""
     return _moved_to(mesh, V).smooth(favor=favor)
+
+
+def at_positions(mesh: Mesh, V: Floats) -> Mesh:
+    """The mesh with other positions of its vertices."""
+    return replace(mesh, V=V, isotropic=_moved_to(mesh, V))
 
 
 def _moved_to(mesh: Mesh, V: Floats) -> Prepared:

@@ -57,7 +57,11 @@ def in_threads(work: Work, n: int, width: int = 3) -> None:
 
 def in_slices(work: Callable[[slice], object], n: int) -> None:
     """The same, by slices of the rows."""
-    in_threads(lambda first, last: work(slice(first * ROWS, min(last * ROWS, n))), n)
+
+    def of_rows(first: int, last: int) -> None:
+        work(slice(first * ROWS, min(last * ROWS, n)))
+
+    in_threads(of_rows, n)
 
 
 def each(work: Callable[[Item], None], items: Iterable[Item]) -> None:
@@ -71,7 +75,6 @@ def each(work: Callable[[Item], None], items: Iterable[Item]) -> None:
 
 def multiply(X: Floats, by: Floats, out: Floats) -> Floats:
     """``out`` becomes X ``by``, for X and ``out`` of shape (n, 3) and ``by`` of shape (n, 1)."""
-
     in_slices(lambda at: np.multiply(X[at], by[at], out=out[at]), len(X))
     return out
 

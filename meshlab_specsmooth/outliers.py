@@ -1,0 +1,131 @@
+"""Single stray vertices: found one by one, whatever the noise of the rest, and put where their neighbors expect them.
+
+A few spikes leave the median of the noise as it is, but a mean square, which a strength is chosen by, is theirs alone.
+They are taken out before anything else is measured. Where many vertices are far off, the noise is impulse noise, and a
+matter of statistics (:func:`meshlab_specsmooth.automatic.robust`).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from meshlab_specsmooth.graph.laplacian import Laplacian
+from meshlab_specsmooth.surface import Floats
+
+# A stray vertex is farther from the mean of its neighbors than so many times the median vertex, than so many edges
+# about it, and than so many times the second farthest of its neighbors, which do not count it. Corners and tips of
+# sampled shapes stay below an edge or two; a crease has two neighbors that are as far off.
+_OVER_MEDIAN = 8.0
+_OVER_EDGE = 1.5
+_OVER_NEIGHBORS = 3.0
+# It stands out of the plane of its neighbors by more than this fraction of that distance; hubs of flat fans do not
+_OUT_OF_PLANE = 0.3
+# A tip that so many triangles meet at is meant to be there
+_MAX_NEIGHBORS = 16
+
+# More than this fraction of the vertices are not strays but impulse noise
+MAX_FRACTION = 0.005
+# What is looked at more closely is farther off than the mean edge about it, which is found for many vertices at once
+_OVER_MEAN_EDGE = 1.0
+# Two strays next to each other hide each other: found in rounds
+_ROUNDS = 3
+_MIN_NEIGHBORS = 3
+
+
+def replace_outliers(X: Floats, L: Laplacian) -> tuple[Floats, npt.NDArray[np.int64]]:
+    """Positions with stray vertices moved to where the bending of the surface about them is least.
+
+    Parameters
+    ----------
+    X : (n, 3) float64
+    L : Laplacian
+        Uniform.
+
+    Returns
+    -------
+    positions : (n, 3) float64
+        X itself where there are no strays, or more than :data:`MAX_FRACTION` of the vertices.
+    indices : (k,) int64
+        Of the strays, rising.
+    """
+    found: list[npt.NDArray[np.int64]] = []
+    Y, limit = X, max(1, int(MAX_FRACTION * len(X)))
+    for _ in range(_ROUNDS):
+        strays = _find(Y, L)
+        if len(strays) == 0:
+            break
+        found.append(strays)
+        if len(np.unique(np.concatenate(found))) > limit:
+            return X, np.empty(0, dtype=np.int64)
+        Y = Y.copy() if Y is X else Y
+        Y[strays] = _fill(Y, L, strays)
+    return Y, np.unique(np.concatenate(found)) if found else np.empty(0, dtype=np.int64)
+
+
+def _find(X: Floats, L: Laplacian) -> npt.NDArray[np.int64]:
+    distance = np.linalg.norm(L @ X, axis=1)
+    median = float(np.median(distance))
+    candidates = np.flatnonzero(distance > max(_OVER_MEDIAN * median, np.finfo(np.float64).eps))
+    candidates = candidates[distance[candidates] > _OVER_MEAN_EDGE * _mean_edges_around(X, L, candidates)]
+    return np.array([i for i in candidates if _is_stray(X, L, int(i), float(distance[i]))], dtype=np.int64)
+
+
+def _mean_edges_around(X: Floats, L: Laplacian, at: npt.NDArray[np.int64]) -> Floats:
+    """(k,) mean length of the edges at the neighbors of some vertices that do not end at these themselves."""
+    if len(at) == 0:
+        return np.empty(0)
+    center, near = _neighbors(L, at)
+    of_near, far = _neighbors(L, near)
+    origin = center[of_near]
+    other = far != at[origin]
+    length = np.linalg.norm(X[far[other]] - X[near[of_near[other]]], axis=1)
+    count = np.bincount(origin[other], minlength=len(at))
+    return np.asarray(np.bincount(origin[other], weights=length, minlength=len(at)) / np.maximum(count, 1))
+
+
+def _neighbors(L: Laplacian, at: npt.NDArray[np.integer]) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int32]]:
+    """All neighbors of some vertices, and at which place of ``at`` each vertex stands whose neighbor it is."""
+    first = L.graph.indptr
+    degree = np.diff(first)[at]
+    begin = np.cumsum(degree) - degree
+    entries = np.repeat(first[at] - begin, degree) + np.arange(degree.sum())
+    return np.repeat(np.arange(len(at)), degree), L.graph.indices[entries]
+
+
+def _is_stray(X: Floats, L: Laplacian, i: int, distance: float) -> bool:
+    first, neighbors = L.graph.indptr, L.graph.indices
+    around = neighbors[first[i] : first[i + 1]]
+    if not _MIN_NEIGHBORS <= len(around) <= _MAX_NEIGHBORS:
+        return False
+    lengths, off = [], []
+    for j in around:
+        others = neighbors[first[j] : first[j + 1]]
+        others = others[others != i]
+        if len(others) == 0:
+            return False
+        lengths.append(np.linalg.norm(X[others] - X[j], axis=1))
+        off.append(float(np.linalg.norm(X[j] - X[others].mean(axis=0))))
+    edge = float(np.median(np.concatenate(lengths)))
+    if distance <= _OVER_EDGE * edge or distance <= _OVER_NEIGHBORS * sorted(off)[-2]:
+        return False
+    center = X[around].mean(axis=0)
+    normal = np.linalg.svd(X[around] - center)[2][-1]
+    return bool(abs((X[i] - center) @ normal) > _OUT_OF_PLANE * distance)
+
+
+def _fill(X: Floats, L: Laplacian, strays: npt.NDArray[np.int64]) -> Floats:
+    """(k, 3) positions of least |L X|^2, each with all others held."""
+    first, neighbors = L.graph.indptr, L.graph.indices
+    filled = np.empty((len(strays), 3))
+    for row, i in enumerate(strays):
+        around = neighbors[first[i] : first[i + 1]]
+        # rows of L at i and at its neighbors j, as a x_i + b
+        numerator, denominator = X[around].mean(axis=0), 1.0
+        for j in around:
+            others = neighbors[first[j] : first[j + 1]]
+            a = -1 / len(others)
+            b = X[j] + a * X[others[others != i]].sum(axis=0)
+            numerator, denominator = numerator - a * b, denominator + a * a
+        filled[row] = numerator / denominator
+    return filled
