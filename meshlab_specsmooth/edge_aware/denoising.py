@@ -8,14 +8,24 @@ from dataclasses import replace
 import numpy as np
 
 from meshlab_specsmooth.automatic import drifting, warning_of
+from meshlab_specsmooth.edge_aware.creasing import creases_by_angle
 from meshlab_specsmooth.edge_aware.filtering import filtered
 from meshlab_specsmooth.edge_aware.guards import MOST_REPAIRS, with_volume, without_flips
-from meshlab_specsmooth.edge_aware.mesh import built, mean_side, smooth_automatically, smooth_isotropically, volume_of
+from meshlab_specsmooth.edge_aware.mesh import (
+    Mesh,
+    built,
+    mean_side,
+    smooth_automatically,
+    smooth_isotropically,
+    volume_of,
+    with_creases,
+)
 from meshlab_specsmooth.edge_aware.pieces import sample_of
+from meshlab_specsmooth.edge_aware.regions import ENOUGH, Region
 from meshlab_specsmooth.edge_aware.result import DRAWN_IN, Considered, EdgeAwareResult, Setting
 from meshlab_specsmooth.edge_aware.search import Fixed, Row, drawn_in, estimate_on, guide_weight, ranked, searched
 from meshlab_specsmooth.memory import require
-from meshlab_specsmooth.noise import IMPULSE, NONE, Noise, measure, nothing, sheet
+from meshlab_specsmooth.noise import IMPULSE, NONE, Noise, Sheet, measure, nothing, sheet
 from meshlab_specsmooth.smoothing import with_sides
 from meshlab_specsmooth.spectral.progress import Progress, part
 from meshlab_specsmooth.surface import Integers, Surface
@@ -34,28 +44,36 @@ FAVORS = tuple(_FAVORING)
 
 
 def denoised(
-    surface: Surface, favor: str, fixed: Fixed, with_isotropic: bool, progress: Progress | None
+    surface: Surface, favor: str, fixed: Fixed, region: Region, with_isotropic: bool, progress: Progress | None
 ) -> EdgeAwareResult:
     """The whole of :func:`smooth_edge_aware` and :func:`denoise`."""
     begin = time.perf_counter()
     V, F = surface.vertices, surface.faces
     require(_BYTES_PER_FACE * len(F), f"smoothing {len(F)} faces")
     h = mean_side(V, F)
-    moving, G = _used(F, len(V))
+    moving, place, G = _used(F, len(V))
+    region = region.on(place, len(moving))
     if h == 0 or len(moving) == 0:
-        return _untouched(surface, begin, nothing(0.0))
+        return _untouched(surface, begin, nothing(0.0), region.warning)
     X = (V[moving] - V[moving].mean(axis=0)) / h
-    mesh = built(X, G, np.ones(len(X), dtype=np.bool_))
+    mesh = built(X, G, region.judged(len(X)), region.boundary, region.creases)
+    field = region.field(G, len(X))
     sample = sample_of(mesh)
     report = progress or (lambda _: None)
     report(_BUILT)
     on = sheet(sample.V, sample.F)
+    if region.inside is not None:
+        on = _judged(on, sample)
     measured = measure(on)
     noise = measured.noise
     level = noise.level * _FAVORING[favor]
+    stays = field is not None and not field.any()
+    if stays or (noise.level <= _ROUNDING and fixed == Fixed()):
+        return _untouched(surface, begin, noise.scaled(0, h), region.warning)
+    if region.angle is not None:
+        mesh = with_creases(mesh, creases_by_angle(mesh, region.angle, noise, level))
+        sample = sample_of(mesh)
     mesh, sample = (replace(each, drifting=drifting(noise)) for each in (mesh, sample))
-    if noise.level <= _ROUNDING and fixed == Fixed():
-        return _untouched(surface, begin, noise.scaled(0, h))
     given = fixed.setting(guide_weight(level))
     if noise.kind == NONE and fixed == Fixed():
         automatic = smooth_automatically(mesh, X, favor)
@@ -65,8 +83,9 @@ def denoised(
         rows = [Row(given, np.nan)]
     else:
         estimate = estimate_on(sample, on, measured, _FAVORING[favor])
-        rows = searched(estimate, fixed, with_isotropic, part(progress, _BUILT, _CHOSEN - _BUILT))
-        if noise.kind == IMPULSE and fixed == Fixed():
+        # the isotropic filter knows of no creases
+        rows = searched(estimate, fixed, with_isotropic and mesh.cut is None, part(progress, _BUILT, _CHOSEN - _BUILT))
+        if noise.kind == IMPULSE and fixed == Fixed() and mesh.cut is None:
             rows = [*rows, drawn_in(estimate, favor)]
         rows = ranked(rows, alike=favor == "position")
     report(_CHOSEN)
@@ -81,8 +100,11 @@ def denoised(
     volume = 0.0 if mesh.rim.any() else volume_of(mesh, X)
     if volume:
         Y = with_volume(mesh, Y, volume, level)
-    result = V.copy()
-    result[moving] += (Y - X) * h
+    if field is not None:
+        Y = X + field[:, None] * (Y - X)
+    step = np.zeros_like(V)
+    step[moving] = (Y - X) * h
+    result = np.where(step != 0, V + step, V)
     report(1.0)
     return EdgeAwareResult(
         vertices=result,
@@ -99,17 +121,24 @@ def denoised(
         volume_change=100 * (volume_of(mesh, Y) - volume) / abs(volume) if volume else np.nan,
         displacement=float(np.sqrt(((Y - X) ** 2).sum() / len(V))) * h,
         kernels=mesh.kernels.name,
-        warning=warning_of(noise),
+        warning="; ".join(filter(None, (warning_of(noise), region.warning))) or None,
         seconds=time.perf_counter() - begin,
+        creases=0 if mesh.cut is None else len(mesh.cut.edges),
     )
 
 
-def _used(F: Integers, n: int) -> tuple[Integers, Integers]:
-    """The vertices that have an edge, and the faces of those alone, by their numbers among them."""
+def _used(F: Integers, n: int) -> tuple[Integers, Integers, Integers]:
+    """The vertices that have an edge, the number of each vertex among them or -1, and the faces of those alone."""
     used = np.zeros(n, dtype=np.bool_)
     used[with_sides(F)] = True
-    at = np.cumsum(used, dtype=np.int32) - np.int32(1)
-    return np.flatnonzero(used).astype(np.int32), np.ascontiguousarray(at[F[used[F].all(axis=1)]])
+    place = np.where(used, np.cumsum(used, dtype=np.int32) - np.int32(1), np.int32(-1))
+    return np.flatnonzero(used).astype(np.int32), place, np.ascontiguousarray(place[F[used[F].all(axis=1)]])
+
+
+def _judged(on: Sheet, mesh: Mesh) -> Sheet:
+    """The sheet, only the mesh's counted vertices having a say, so far as they are enough."""
+    inner = on.inner & mesh.counts
+    return replace(on, inner=inner) if inner.sum() >= ENOUGH else on
 
 
 def _root(squared: float) -> float:
@@ -117,7 +146,7 @@ def _root(squared: float) -> float:
     return float(np.sqrt(max(squared, 0.0)))
 
 
-def _untouched(surface: Surface, begin: float, noise: Noise) -> EdgeAwareResult:
+def _untouched(surface: Surface, begin: float, noise: Noise, warning: str | None) -> EdgeAwareResult:
     """For surfaces without an edge of any length, or without noise."""
     return EdgeAwareResult(
         vertices=surface.vertices.copy(),
@@ -134,6 +163,6 @@ def _untouched(surface: Surface, begin: float, noise: Noise) -> EdgeAwareResult:
         volume_change=np.nan,
         displacement=0.0,
         kernels="none",
-        warning=None,
+        warning=warning,
         seconds=time.perf_counter() - begin,
     )

@@ -6,7 +6,9 @@ import numpy as np
 import numpy.typing as npt
 
 from meshlab_specsmooth.edge_aware.mesh import Mesh, built
-from meshlab_specsmooth.graph.faces import FaceGraph
+from meshlab_specsmooth.edge_aware.regions import ENOUGH
+from meshlab_specsmooth.graph.faces import FaceGraph, face_graph
+from meshlab_specsmooth.surface import Integers
 
 # The search runs on all faces of a mesh up to so many, else on some pieces.
 _SEARCHED_FACES = 14_000
@@ -20,10 +22,12 @@ def sample_of(mesh: Mesh) -> Mesh:
     if len(mesh.F) <= _SEARCHED_FACES:
         return mesh
     rng = np.random.default_rng(3)
-    graph = mesh.graph
+    # pieces reach across creases, so that these are no rims of theirs
+    graph = mesh.graph if mesh.cut is None else face_graph(mesh.F, len(mesh.V))
+    judged = np.flatnonzero(mesh.counts[mesh.F].any(axis=1))
     taken = np.zeros(graph.size, dtype=np.bool_)
     counted = np.zeros(graph.size, dtype=np.bool_)
-    for seed in rng.permutation(graph.size)[:_PIECES]:
+    for seed in judged[rng.permutation(len(judged))[:_PIECES]]:
         rings = [np.array([seed])]
         taken_here = np.zeros(graph.size, dtype=np.bool_)
         taken_here[seed] = True
@@ -43,8 +47,18 @@ def sample_of(mesh: Mesh) -> Mesh:
     faces = mesh.F[taken]
     counts = np.zeros(len(mesh.V), dtype=np.bool_)
     counts[mesh.F[counted].ravel()] = True
+    within = counts & mesh.counts
+    if within.sum() >= ENOUGH:
+        counts = within
     vertices, local = np.unique(faces, return_inverse=True)
-    return built(mesh.V[vertices], local.reshape(-1, 3).astype(np.int32), counts[vertices])
+    creases = None if mesh.cut is None else _among(vertices, mesh.cut.edges)
+    return built(mesh.V[vertices], local.reshape(-1, 3).astype(np.int32), counts[vertices], creases=creases)
+
+
+def _among(vertices: Integers, edges: Integers) -> Integers:
+    """The edges between some vertices, by their numbers among these, which rise."""
+    kept = edges[np.isin(edges, vertices).all(axis=1)]
+    return np.searchsorted(vertices, kept).astype(np.int32)
 
 
 def _ring(graph: FaceGraph, faces: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:

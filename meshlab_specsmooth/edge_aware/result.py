@@ -82,6 +82,8 @@ class EdgeAwareResult:
     warning : str or None
         What the choice could not take into account.
     seconds : float
+    creases : int
+        Number of edges that nothing crosses, as given or found by their angle.
     """
 
     vertices: Floats
@@ -100,3 +102,4 @@ class EdgeAwareResult:
     kernels: str
     warning: str | None
     seconds: float
+    creases: int = 0
