@@ -22,8 +22,8 @@ from meshlab_specsmooth.surface import Booleans, Floats, Integers
 _SMALL_VOLUME, _SMALL_SIZE, _SMALL_EDGE = 0.015, 0.02, 0.25
 # A volume that changes by more is not explained by any noise; a mask's staircase is off by half a voxel everywhere.
 _MAX_VOLUME, _MAX_VOLUME_OF_MASK = 0.03, 0.08
-# Changes that are named
-_WORTH_SAYING = 0.01
+# Changes that are named, and those that a given setting is warned of
+_WORTH_SAYING, _LARGE = 0.01, 0.03
 # Standard errors of noise that are allowed for, and how many neighbors share correlated noise
 _SIGMAS, _CORRELATED_OVER = 3.0, 16.0
 
@@ -48,6 +48,19 @@ class Change:
     size: Floats
     edge: Floats
     excessive: Booleans
+
+    @property
+    def is_large(self) -> bool:
+        """Whether a volume or a size has changed by per cents."""
+        volume = self.volume[np.isfinite(self.volume)]
+        return bool((np.abs(volume) > _LARGE).any() or (np.abs(self.size) > _LARGE).any())
+
+    def describe_replaced(self, what: str) -> str:
+        """That another result is returned, and why."""
+        return (
+            "smoothing as strongly as the estimate asks for would change the shape by more than noise explains "
+            f"({self.describe()}): {what} returned instead"
+        )
 
     def describe(self) -> str:
         """The largest changes, in words."""
@@ -135,5 +148,5 @@ def _covariances(X: Floats, at: npt.NDArray[np.integer], count: int, number: Flo
     else:
         products = (X[:, :, None] * X[:, None, :]).reshape(-1, 9)
         sums = [np.bincount(at, weights=column, minlength=count) for column in products.T]
-        square = np.stack(sums, axis=1).reshape(-1, 3, 3)
+        square = np.asarray(np.stack(sums, axis=1).reshape(-1, 3, 3), dtype=np.float64)
     return np.asarray(square / number[:, None, None] - mean[:, :, None] * mean[:, None, :])

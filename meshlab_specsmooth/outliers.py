@@ -33,7 +33,9 @@ _ROUNDS = 3
 _MIN_NEIGHBORS = 3
 
 
-def replace_outliers(X: Floats, L: Laplacian) -> tuple[Floats, npt.NDArray[np.int64]]:
+def replace_outliers(
+    X: Floats, L: Laplacian, held: npt.NDArray[np.integer] | None = None
+) -> tuple[Floats, npt.NDArray[np.int64]]:
     """Positions with stray vertices moved to where the bending of the surface about them is least.
 
     Parameters
@@ -41,6 +43,8 @@ def replace_outliers(X: Floats, L: Laplacian) -> tuple[Floats, npt.NDArray[np.in
     X : (n, 3) float64
     L : Laplacian
         Uniform.
+    held : (b,) int, optional
+        Vertices that are none, as those of a boundary, whose neighbors lie on one side.
 
     Returns
     -------
@@ -52,7 +56,7 @@ def replace_outliers(X: Floats, L: Laplacian) -> tuple[Floats, npt.NDArray[np.in
     found: list[npt.NDArray[np.int64]] = []
     Y, limit = X, max(1, int(MAX_FRACTION * len(X)))
     for _ in range(_ROUNDS):
-        strays = _find(Y, L)
+        strays = _find(Y, L, held)
         if len(strays) == 0:
             break
         found.append(strays)
@@ -63,8 +67,10 @@ def replace_outliers(X: Floats, L: Laplacian) -> tuple[Floats, npt.NDArray[np.in
     return Y, np.unique(np.concatenate(found)) if found else np.empty(0, dtype=np.int64)
 
 
-def _find(X: Floats, L: Laplacian) -> npt.NDArray[np.int64]:
+def _find(X: Floats, L: Laplacian, held: npt.NDArray[np.integer] | None) -> npt.NDArray[np.int64]:
     distance = np.linalg.norm(L @ X, axis=1)
+    if held is not None:
+        distance[held] = 0.0
     median = float(np.median(distance))
     candidates = np.flatnonzero(distance > max(_OVER_MEDIAN * median, np.finfo(np.float64).eps))
     candidates = candidates[distance[candidates] > _OVER_MEAN_EDGE * _mean_edges_around(X, L, candidates)]
@@ -129,3 +135,11 @@ def _fill(X: Floats, L: Laplacian, strays: npt.NDArray[np.int64]) -> Floats:
             numerator, denominator = numerator - a * b, denominator + a * a
         filled[row] = numerator / denominator
     return filled
+
+
+def describe_outliers(indices: npt.NDArray[np.int64]) -> str | None:
+    """That strays were put back; None where there are none."""
+    if len(indices) == 0:
+        return None
+    strays = "vertex was" if len(indices) == 1 else "vertices were"
+    return f"{len(indices)} stray {strays} put where the neighbors expect them"

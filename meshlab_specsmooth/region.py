@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,12 +14,16 @@ from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.graph.build import weighted
 from meshlab_specsmooth.graph.laplacian import Laplacian, laplacian
 from meshlab_specsmooth.operators import Gram
-from meshlab_specsmooth.surface import Floats, Integers
+from meshlab_specsmooth.surface import Booleans, Floats, Integers
 
 BOUNDARIES = ("free", "fixed", "curve", "auto")
 
 # Over how many rings of edges the plain low-pass rises from nothing at a selection's rim to all of it
 BLENDING_RINGS = 4
+
+# Why nothing moves
+NOTHING_SELECTED = "nothing is selected, so nothing moves: select something, or do not restrict the filter to it"
+ALL_KEPT = "all vertices are features that are kept, so nothing moves"
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,10 +91,14 @@ def weights(name: str, given: npt.ArrayLike, count: int) -> Floats:
 def blend(L: Laplacian, mask: Floats) -> Floats:
     """A weight that is 0 outside of the mask and rises to 1 over :data:`BLENDING_RINGS` rings inside of it."""
     reach = L.graph.adjacency(np.ones(len(L.graph.indices)))
-    inside = (mask > 0).astype(np.float64)
-    depth = inside.copy()
+    return fade(mask > 0, lambda inside: inside & (reach @ (~inside).astype(np.float64) == 0))
+
+
+def fade(inside: Booleans, eroded: Callable[[Booleans], Booleans]) -> Floats:
+    """The same, given how a set of vertices loses those that have a neighbor outside of it."""
+    depth = inside.astype(np.float64)
     for _ in range(BLENDING_RINGS - 1):
-        inside = ((reach @ (1 - inside) == 0) & (inside == 1)).astype(np.float64)
+        inside = eroded(inside)
         depth += inside
     # 1, 2, ... rings from the rim; smoothstep has no kink at either end
     t = depth / BLENDING_RINGS

@@ -19,9 +19,9 @@ from meshlab_specsmooth.graph.laplacian import Laplacian
 from meshlab_specsmooth.guard import Change as ShapeChange
 from meshlab_specsmooth.guard import compare_shapes
 from meshlab_specsmooth.memory import require
-from meshlab_specsmooth.noise import CORRELATED, IMPULSE, MOST_WEIGHT, UNCLEAR, Noise
+from meshlab_specsmooth.noise import CORRELATED, IMPULSE, MOST_WEIGHT, UNCLEAR, Noise, nothing
 from meshlab_specsmooth.operators import LAPLACIANS, Gram, gram_of_barycenters, laplacian_of_kind
-from meshlab_specsmooth.outliers import replace_outliers
+from meshlab_specsmooth.outliers import describe_outliers, replace_outliers
 from meshlab_specsmooth.parts import Part, describe_left_alone, describe_levels, label_components, split
 from meshlab_specsmooth.patches import WHOLE
 from meshlab_specsmooth.reconstruction import Constraints, Solution, passed_on, solve
@@ -431,9 +431,7 @@ class Prepared:
             outliers=self.moving[outliers].astype(np.int64),
             seconds=time.perf_counter() - began,
         )
-        if len(outliers):
-            strays = "vertex was" if len(outliers) == 1 else "vertices were"
-            result = _with_warning(result, f"{len(outliers)} stray {strays} put where the neighbors expect them")
+        result = _with_warning(result, describe_outliers(outliers))
         if held is not None and not noise.is_left_alone:
             result = _with_warning(result, f"{int(held.sum())} vertices between long thin triangles are left alone")
         return _with_warning(result, noise.warning)
@@ -517,7 +515,8 @@ class Prepared:
 
     def _without_outliers(self, region: _Region) -> tuple[Prepared, npt.NDArray[np.int64]]:
         """The same with strays put back, and which these are among the moving vertices."""
-        positions, outliers = replace_outliers(self.positions, self.L)
+        rim_ = None if self.rim is None else self.rim.vertices
+        positions, outliers = replace_outliers(self.positions, self.L, rim_)
         outliers = outliers[region.free[outliers, 0] > 0]
         if len(outliers) == 0:
             return self, outliers
@@ -561,9 +560,6 @@ class Prepared:
         """With the chosen weight; higher, or not at all, where the shape changes by more than the noise explains."""
         notes: list[str | None] = []
         weight = chosen.choice.weight
-        closed = np.ones(count, dtype=np.bool_)
-        if self.rim is not None:
-            closed[labels[self.rim.vertices]] = False
         excess: ShapeChange | None = None
         for _ in range(_RETRIES + 1):
             result = chosen.start.smooth(
@@ -577,14 +573,7 @@ class Prepared:
             )
             result = self._from_start(result, chosen)
             displacement = self._displacement_of(result)
-            change = compare_shapes(
-                self.positions,
-                self.positions + displacement,
-                self.faces,
-                closed,
-                labels if count > 1 else None,
-                chosen.choice.noise,
-            )
+            change = self._compare(displacement, count, labels, chosen.choice.noise)
             if not change.excessive.any():
                 break
             excess, weight = change, weight * _FIRMER
@@ -594,17 +583,25 @@ class Prepared:
             vertices, rms = self._moved_by(displacement)
             result = replace(result, vertices=vertices, displacement=rms)
         if excess is not None:
-            done = "a weaker result is" if not change.excessive.any() else "the input is"
-            some = (
-                f" of {int(change.excessive.sum())} of {count} components"
-                if change.excessive.any() and count > 1
-                else ""
-            )
-            notes.append(
-                f"smoothing as strongly as the estimate asks for would change the shape by more than noise explains "
-                f"({excess.describe()}): {done} returned instead{some}"
-            )
+            what = "a weaker result is" if not change.excessive.any() else "the input is"
+            if change.excessive.any() and count > 1:
+                what = f"of {int(change.excessive.sum())} of {count} components the input is"
+            notes.append(excess.describe_replaced(what))
         return _with_warning(result, *notes)
+
+    def _compare(self, displacement: Floats, count: int, labels: npt.NDArray[np.int32], noise: Noise) -> ShapeChange:
+        """What a displacement changes of each component's shape, and whether the noise explains it."""
+        closed = np.ones(count, dtype=np.bool_)
+        if self.rim is not None:
+            closed[labels[self.rim.vertices]] = False
+        return compare_shapes(
+            self.positions,
+            self.positions + displacement,
+            self.faces,
+            closed,
+            labels if count > 1 else None,
+            noise,
+        )
 
     def _from_start(self, result: SmoothingResult, chosen: _Chosen) -> SmoothingResult:
         """The result with what impulses were drawn in by added to it, and without needless drift."""
@@ -896,11 +893,11 @@ def assemble(
     V, F = surface.vertices, surface.faces
     require(BYTES_PER_VERTEX * len(V), f"smoothing {len(V)} vertices")
     report(0.2)
-    copies = find_copies(V, _corners(F, len(V))) if weld else None
+    copies = find_copies(V, find_corners(F, len(V))) if weld else None
     if copies is not None:
         given, F = F, copies.take(F)
     F = with_sides(F)
-    moving = np.flatnonzero(_corners(F, len(V))).astype(np.int32)
+    moving = np.flatnonzero(find_corners(F, len(V))).astype(np.int32)
     scattered = order.is_scattered(F, len(V))
     place: Integers | None = None
     if scattered:
@@ -912,7 +909,7 @@ def assemble(
         F = place.take(F)
     welded = 0
     if copies is not None and place is not None:
-        used = _corners(given, len(V))
+        used = find_corners(given, len(V))
         place[used] = place[copies[used]]
         welded = int((copies[used] != np.flatnonzero(used)).sum())
     report(0.4)
@@ -939,15 +936,19 @@ def assemble(
     )
 
 
+def describe_unused(surface: Surface) -> list[str]:
+    """What is to be said of vertices that no face uses."""
+    count = surface.unused_not_finite
+    return [f"{count} vertices that no face uses are not finite and take no part"] if count else []
+
+
 def _doubts(surface: Surface, boundary_edges: int, edges: int) -> list[str]:
     """What is to be said of a surface with every result."""
-    doubts = []
-    if surface.unused_not_finite:
-        doubts.append(f"{surface.unused_not_finite} vertices that no face uses are not finite and take no part")
+    doubts = describe_unused(surface)
     if 2 * boundary_edges > edges:
         doubts.append(
-            f"{boundary_edges} of {edges} edges have one face only: the triangles are hardly connected, and what is "
-            "not connected cannot be smoothed (merge close vertices first)"
+            f"{boundary_edges} of {edges} edges have one face only: what is not connected is not smoothed across "
+            "(merge close vertices first)"
         )
     return doubts
 
@@ -958,7 +959,7 @@ def with_sides(F: Integers) -> Integers:
     return F[~(first & (F[:, 1] == F[:, 2]))] if first.any() else F
 
 
-def _corners(F: Integers, n: int) -> Booleans:
+def find_corners(F: Integers, n: int) -> Booleans:
     """(n,) whether a vertex is a corner of a face."""
     found = np.zeros(n, dtype=np.bool_)
 
@@ -1012,10 +1013,10 @@ def smooth(
         w > 0, dimensionless: how firmly the barycentres are held. It is the strength of the filter, more than the
         cut-off is: 1 is the paper, 0.3 suits noise of 0.2 edge lengths. Without it the noise is measured
         (:func:`meshlab_specsmooth.estimate_noise`), impulses are drawn in, and the weight of least estimated error is
-        taken, for a low cut-off; result.noise says what was found. Single stray vertices are put back first. Components of
-        unlike scale or noise are smoothed one by one. Where noise cannot be told from shape, nothing is moved, and where
-        the shape would change by more than the noise explains, a weaker result or the input is returned; both are said in
-        result.warning.
+        taken, for a low cut-off; result.noise says what was found. Single stray vertices are put back first. Components
+        of unlike scale or noise are smoothed one by one. Where noise cannot be told from shape, nothing is moved, and
+        where the shape would change by more than the noise explains, a weaker result or the input is returned; both are
+        said in result.warning.
     favor : {"position", "normals"}
         Whose error a chosen weight makes small; normals ask for more smoothing.
     passes : int
@@ -1073,7 +1074,8 @@ def smooth(
     ('exact', 4, True)
     """
     start = time.perf_counter()
-    result = assemble(vertices, faces, laplacian, part(progress, 0.0, _ASSEMBLY), weld).smooth(
+    prepared = assemble(vertices, faces, laplacian, part(progress, 0.0, _ASSEMBLY), weld)
+    result = prepared.smooth(
         modes=modes,
         wavelength=wavelength,
         response=response,
@@ -1088,7 +1090,19 @@ def smooth(
         feature_gain=feature_gain,
         progress=part(progress, _ASSEMBLY, 1 - _ASSEMBLY),
     )
+    if barycenter_weight is not None:
+        result = warn_of_change(prepared, result)
     return replace(result, seconds=time.perf_counter() - start)
+
+
+def warn_of_change(prepared: Prepared, result: SmoothingResult) -> SmoothingResult:
+    """The result of a given weight, which says so if it changes the volume or the size of a shape by per cents."""
+    if len(prepared.moving) == 0:
+        return result
+    count, labels = label_components(prepared.L)
+    change = prepared._compare(prepared._displacement_of(result), count, labels, nothing(prepared.mean_edge))
+    note = f"this weight changes the shape: {change.describe()}" if change.is_large else None
+    return _with_warning(result, note)
 
 
 def low_pass(

@@ -13,7 +13,7 @@ import numpy as np
 
 from meshlab_specsmooth import descriptors
 from meshlab_specsmooth.bridge import files, meshset
-from meshlab_specsmooth.bridge.filters import FILTERS
+from meshlab_specsmooth.bridge.filters import FILTERS, quiet
 from meshlab_specsmooth.bridge.parameters import PyMeshLabException
 from meshlab_specsmooth.descriptors import AnySelected, Length
 from meshlab_specsmooth.errors import FileError, SpecsmoothError
@@ -71,6 +71,8 @@ class Outcome:
         Relative; None of a surface that is not closed.
     seconds : float
         Wall time, reading and writing included; of a mesh that is skipped, when it was smoothed.
+    warning : str
+        What the filter warned of, as that a selection restricts it.
     """
 
     input: str
@@ -82,6 +84,7 @@ class Outcome:
     cutoff: float | None = None
     volume_change: float | None = None
     seconds: float = 0.0
+    warning: str = ""
 
     @property
     def is_there(self) -> bool:
@@ -127,7 +130,8 @@ def _run(job: Job, start: float) -> Outcome:
     target = files.check_target(job.output)
     ms = files.read(job.source)
     vertices, faces = meshset.pull(ms)
-    report = FILTERS[job.filter_name](ms, **{name: _native(value) for name, value in job.settings.items()})
+    with quiet():
+        report = FILTERS[job.filter_name](ms, **{name: _native(value) for name, value in job.settings.items()})
     files.write(ms, target, source=job.source)
     noise = report.get("noise")  # measured where the strength is chosen; the edge-aware filter has no cut-off
     outcome = Outcome(
@@ -139,6 +143,7 @@ def _run(job: Job, start: float) -> Outcome:
         cutoff=report.get("cutoff"),
         volume_change=_volume_change(vertices, meshset.pull(ms)[0], faces),
         seconds=time.perf_counter() - start,
+        warning=report.get("warning") or "",
     )
     record = replace(before, output_sha256=digest(job.output), outcome=asdict(outcome))
     files.write_text(job.output + RECORD_ENDING, json.dumps(asdict(record), indent=1) + "\n")

@@ -7,10 +7,13 @@ changed in one place, at the end of a call, and an interrupt before that finds n
 
 from __future__ import annotations
 
+import contextlib
 import inspect
+import sys
 import textwrap
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextvars import ContextVar
 from dataclasses import replace
 from typing import Any
 
@@ -21,13 +24,15 @@ from pymeshlab import PyMeshLabException
 
 from meshlab_specsmooth import descriptors
 from meshlab_specsmooth.bridge import scripts
+from meshlab_specsmooth.bridge.creases import selected_edges
 from meshlab_specsmooth.bridge.meshset import Change, by_place, in_one_pass, pull, verbosity_of, write
 from meshlab_specsmooth.bridge.parameters import RefusedParameter, resolve
 from meshlab_specsmooth.descriptors import Descriptor
 from meshlab_specsmooth.edge_aware import EdgeAwareResult, denoise, smooth_edge_aware
 from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.memory import require
-from meshlab_specsmooth.smoothing import BYTES_PER_VERTEX, Prepared, SmoothingResult, assemble
+from meshlab_specsmooth.region import ALL_KEPT, NOTHING_SELECTED
+from meshlab_specsmooth.smoothing import BYTES_PER_VERTEX, Prepared, SmoothingResult, assemble, warn_of_change
 from meshlab_specsmooth.spectral.progress import Progress, part
 from meshlab_specsmooth.spectrum import spectrum
 from meshlab_specsmooth.surface import Floats, Integers, Surface, vertex_normals
@@ -43,6 +48,18 @@ _WRITING_BYTES_PER_VERTEX = 205
 
 #: Our filters by Python name.
 FILTERS: dict[str, Filter] = {}
+
+_is_quiet: ContextVar[bool] = ContextVar("_is_quiet", default=False)
+
+
+@contextlib.contextmanager
+def quiet() -> Iterator[None]:
+    """Print no line about selections; whoever calls a filter inside prints the result's warning."""
+    token = _is_quiet.set(True)
+    try:
+        yield
+    finally:
+        _is_quiet.reset(token)
 
 
 def _documentation(descriptor: Descriptor, own: str) -> str:
@@ -99,6 +116,12 @@ def mesh_filter(implementation: Implementation) -> Filter:
             progress(1.0)
         if "seconds" in output:
             output["seconds"] = time.perf_counter() - start
+        line = _restriction(ms, values, is_default="selected" not in parameters)
+        if line is not None:
+            found = output.get("warning")
+            output["warning"] = line if found is None else found if line in found else f"{found}; {line}"
+            if not _is_quiet.get():
+                print(f"Warning: {line}", file=sys.stderr)  # noqa: T201 (the trap is fallen into where nobody looks)
         return output
 
     call.__name__ = call.__qualname__ = implementation.__name__
@@ -306,9 +329,22 @@ def _moved_by_normals(
 ) -> tuple[dict[str, Any], Change]:
     """The evidence as a dict, and the new vertices."""
     vertices, faces = pull(ms)
-    given = {name: value for name, value in values.items() if value != 0}  # zero stands for "not given"
-    evidence = dict(vars(function(vertices, faces, **given, progress=part(progress, 0.0, _WRITING))))
+    creases = _creases_of(ms, values.pop("creases"), values.pop("crease_angle"))
+    given = _given(ms, values, "strength", "range_width", "passes", "barycenter_weight")
+    evidence = dict(vars(function(vertices, faces, creases=creases, **given, progress=part(progress, 0.0, _WRITING))))
     return evidence, Change(vertices=in_one_pass(vertices, evidence.pop("vertices")))
+
+
+def _creases_of(ms: pymeshlab.MeshSet, source: str, angle: float) -> Integers | float | None:
+    """Vertex pairs, an angle, or None where neither is given."""
+    if source == "none":
+        return angle or None
+    if angle:
+        raise InvalidParameter(f"creases is {source!r} and crease_angle {angle:g}; give one of them")
+    pairs = selected_edges(ms)
+    if len(pairs) == 0:
+        raise InvalidParameter(f"creases is {source!r}, but no edge is selected")
+    return pairs
 
 
 def _smoothed(
@@ -319,17 +355,47 @@ def _smoothed(
     values: dict[str, Any],
     progress: Progress | None,
 ) -> SmoothingResult:
-    """What a method of :class:`Prepared` makes of the current mesh, a filter's values turned into its arguments."""
-    if values.pop("selected", False):
-        values["mask"] = _selected(ms, "vertex_selection") | _selected(ms, "face_selection")
-    if "features" in values:
-        values["features"] = features_of(ms, values["features"])
-    for name in ("modes", "wavelength", "longest", "shortest", "barycenter_weight"):
-        if values.get(name) == 0:  # zero stands for "not given", as a filter's parameters all have a value
-            del values[name]
-    laplacian, weld = values.pop("laplacian"), values.pop("weld")
+    """What a method of :class:`Prepared` makes of the current mesh."""
+    given = _given(ms, values, "modes", "wavelength", "longest", "shortest", "barycenter_weight")
+    laplacian, weld = given.pop("laplacian"), given.pop("weld")
     prepared = assemble(vertices, faces, laplacian, part(progress, 0.0, _ASSEMBLY), weld)
-    return method(prepared, **values, progress=part(progress, _ASSEMBLY, _WRITING - _ASSEMBLY))
+    result = method(prepared, **given, progress=part(progress, _ASSEMBLY, _WRITING - _ASSEMBLY))
+    return warn_of_change(prepared, result) if "barycenter_weight" in given else result
+
+
+def _given(ms: pymeshlab.MeshSet, values: dict[str, Any], *optional: str) -> dict[str, Any]:
+    """A filter's values as keyword arguments of its function on arrays.
+
+    Of the ``optional`` ones zero stands for "not given", as a filter's parameters all have a value.
+    """
+    given = {name: value for name, value in values.items() if name not in optional or value != 0}
+    if given.pop("selected", False):
+        given["mask"] = _selected(ms, "vertex_selection") | _selected(ms, "face_selection")
+    if "features" in given:
+        given["features"] = features_of(ms, given["features"])
+    return given
+
+
+def _restriction(ms: pymeshlab.MeshSet, values: dict[str, Any], is_default: bool) -> str | None:
+    """What to say of a selection that restricts a filter without being asked to, or of one that stops it."""
+    mesh = ms.current_mesh()
+    if values.get("selected"):
+        counts = {
+            "faces": (mesh.selected_face_number(), mesh.face_number()),
+            "vertices": (mesh.selected_vertex_number(), mesh.vertex_number()),
+        }
+        if not any(selected for selected, _ in counts.values()):
+            return NOTHING_SELECTED
+        if is_default and all(selected < total for selected, total in counts.values()):
+            told = [f"{k:,} of {n:,} {name}".replace(",", " ") for name, (k, n) in counts.items() if k]
+            return f"{' and '.join(told)} are selected: only these are smoothed; selected=False for all"
+    if values.get("feature_gain"):
+        features = features_of(ms, values["features"])
+        if features is not None and (features == 1).all():
+            if values["feature_gain"] == 1:
+                return ALL_KEPT
+            return "all vertices are features, so none is smoothed as the rest"
+    return None
 
 
 def _selected(ms: pymeshlab.MeshSet, what: str) -> npt.NDArray[np.bool_]:

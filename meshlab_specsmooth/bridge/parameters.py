@@ -43,6 +43,20 @@ def resolve(descriptor: Descriptor, given: dict[str, Any], ms: pymeshlab.MeshSet
     return values
 
 
+def check_given(descriptor: Descriptor, given: dict[str, Any], ms: pymeshlab.MeshSet) -> dict[str, Any]:
+    """As :func:`resolve`, for a command: what is wrong is its usage.
+
+    Raises
+    ------
+    InvalidParameter
+        What :func:`resolve` raises.
+    """
+    try:
+        return resolve(descriptor, given, ms)
+    except (PyMeshLabException, InvalidEnumException) as error:  # the one is none of the other
+        raise InvalidParameter(str(error)) from error
+
+
 def resolved_anywhere(descriptor: Descriptor, given: dict[str, Any]) -> dict[str, Any]:
     """What was given, checked, for meshes that are not there yet: percentages stay shares of whatever diagonal.
 
@@ -53,10 +67,7 @@ def resolved_anywhere(descriptor: Descriptor, given: dict[str, Any]) -> dict[str
     """
     triangle = pymeshlab.MeshSet()
     triangle.add_mesh(pymeshlab.Mesh(np.eye(3), np.array([[0, 1, 2]])))
-    try:
-        values = resolve(descriptor, given, triangle)
-    except (PyMeshLabException, InvalidEnumException) as error:  # the one is none of the other
-        raise InvalidParameter(str(error)) from error
+    values = check_given(descriptor, given, triangle)
     shares = {name: _share(given[name]) for name in given}
     return {name: values[name] if share is None else share for name, share in shares.items()}
 

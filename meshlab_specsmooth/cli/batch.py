@@ -12,7 +12,8 @@ from meshlab_specsmooth.cli.progress import bar, say
 from meshlab_specsmooth.errors import SpecsmoothError
 
 _DESCRIPTOR = descriptors.load(FILTER)
-_DENOISING = "apply_coord_spectral_denoising"
+_DENOISING = descriptors.load("apply_coord_spectral_denoising")
+_ONLY_DENOISING = {p.name for p in _DENOISING.parameters} - {p.name for p in _DESCRIPTOR.parameters}
 
 SUMMARY = "smooth many mesh files"
 DESCRIPTION = """Smooths many meshes as `specsmooth smooth` does one, each in a process that may die, on this machine or
@@ -72,9 +73,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--denoise",
         action="store_true",
-        help="as `specsmooth denoise` does, edge-aware or isotropic; of the options below it takes --favor alone",
+        help="as `specsmooth denoise` does, edge-aware or isotropic; it takes the options that are its own",
     )
     add_options(parser, _DESCRIPTOR)
+    add_options(parser, _DENOISING, _ONLY_DENOISING)
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -83,7 +85,7 @@ def run(arguments: argparse.Namespace) -> None:
         summary = batch(
             arguments.inputs,
             arguments.out,
-            filter_name=_DENOISING if arguments.denoise else FILTER,
+            filter_name=_DENOISING.function if arguments.denoise else FILTER,
             scheduler=arguments.scheduler,
             workers=arguments.workers,
             time_limit=arguments.time_limit,
@@ -93,6 +95,7 @@ def run(arguments: argparse.Namespace) -> None:
             progress=progress,
             each=lambda outcome: say(line(outcome)),
             **given_parameters(arguments, _DESCRIPTOR),
+            **given_parameters(arguments, _DENOISING, _ONLY_DENOISING),
         )
     counts = ", ".join(f"{count} {status}" for status, count in summary.counts.items())
     print(f"{counts}, {summary.seconds:.1f} s; {arguments.out}: summary.json, summary.csv", end="")
@@ -114,4 +117,6 @@ def line(outcome: Outcome) -> str:
         if outcome.volume_change is not None:
             words.append(f"volume {100 * outcome.volume_change:+.3f} %")
         words.append(f"{outcome.seconds:.2f} s")
+        if outcome.warning:
+            words.append(f"({outcome.warning})")
     return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in " ".join(words))

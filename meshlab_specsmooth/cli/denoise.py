@@ -6,13 +6,14 @@ import argparse
 import sys
 
 from meshlab_specsmooth import descriptors
-from meshlab_specsmooth.bridge import files, meshset
+from meshlab_specsmooth.bridge import files, filters, meshset
 from meshlab_specsmooth.bridge.measures import crossing_faces
-from meshlab_specsmooth.cli.options import add_files, add_options
+from meshlab_specsmooth.bridge.parameters import check_given
+from meshlab_specsmooth.cli.options import add_files, add_options, given_parameters
 from meshlab_specsmooth.cli.progress import bar
-from meshlab_specsmooth.edge_aware import Considered, denoise
+from meshlab_specsmooth.edge_aware import Considered
 from meshlab_specsmooth.edge_aware.result import DRAWN_IN
-from meshlab_specsmooth.surface import Floats, Integers
+from meshlab_specsmooth.surface import Floats, Integers, Surface
 
 _DESCRIPTOR = descriptors.load("apply_coord_spectral_denoising")
 _SHOWN = 5
@@ -22,7 +23,9 @@ DESCRIPTION = """Measures the noise, tries the isotropic filter and settings of 
 surface of the setting that has the least estimated error; no parameter is needed, and no ground truth."""
 EXAMPLES = """examples:
   specsmooth denoise scan.ply smooth.ply
-  specsmooth denoise scan.ply smooth.obj --favor normals"""
+  specsmooth denoise scan.ply smooth.obj --favor normals
+  specsmooth denoise tile.ply smooth.ply --boundary fixed
+  specsmooth denoise part.ply smooth.ply --crease-angle 60"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -36,24 +39,27 @@ def run(arguments: argparse.Namespace) -> None:
     files.check_target(arguments.output)
     ms = files.read(arguments.input)
     vertices, faces = meshset.pull(ms)
-    with bar("denoising") as progress:
-        result = denoise(vertices, faces, favor=arguments.favor, progress=progress)
-    meshset.push(ms, meshset.in_one_pass(vertices, result.vertices))
+    Surface(vertices, faces)  # says what is wrong, and the remedy
+    given = given_parameters(arguments, _DESCRIPTOR)
+    check_given(_DESCRIPTOR, given, ms)
+    with bar("denoising") as progress, filters.quiet():
+        report = filters.apply_coord_spectral_denoising(ms, **given, progress=progress)
     files.write(ms, arguments.output, source=arguments.input)
-    edge = result.noise.mean_edge or 1.0
+    noise = report["noise"]
+    edge = noise.mean_edge or 1.0
     print(
-        f"{arguments.output}: {len(vertices)} vertices, noise {result.noise.level / edge:.3f} mean edges "
-        f"({result.noise.kind}), moved vertices by {result.displacement / edge:.3f} mean edges (RMS), "
-        f"{result.seconds:.2f} s"
+        f"{arguments.output}: {len(vertices)} vertices, noise {noise.level / edge:.3f} mean edges "
+        f"({noise.kind}), moved vertices by {report['displacement'] / edge:.3f} mean edges (RMS), "
+        f"{report['seconds']:.2f} s"
     )
-    crossing, new = crossed(vertices, result.vertices, faces)
-    print(f"  {crossing} faces of it run through others, {new} that did not before; {result.flips} are turned over")
-    for row in result.considered[:_SHOWN]:
-        print(f"  {told(row):60} estimated error {result.noise.told(row.error)} mean edges")
-    if len(result.considered) > _SHOWN:
-        print(f"  and {len(result.considered) - _SHOWN} more settings")
-    if result.warning is not None:
-        print(f"specsmooth: {result.warning}", file=sys.stderr)
+    crossing, new = crossed(vertices, meshset.pull(ms)[0], faces)
+    print(f"  {crossing} faces of it run through others, {new} that did not before; {report['flips']} are turned over")
+    for row in report["considered"][:_SHOWN]:
+        print(f"  {told(row):60} estimated error {noise.told(row.error)} mean edges")
+    if len(report["considered"]) > _SHOWN:
+        print(f"  and {len(report['considered']) - _SHOWN} more settings")
+    if report["warning"] is not None:
+        print(f"specsmooth: {report['warning']}", file=sys.stderr)
 
 
 def crossed(before: Floats, after: Floats, faces: Integers) -> tuple[int, int]:

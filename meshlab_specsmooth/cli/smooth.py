@@ -8,10 +8,9 @@ import textwrap
 
 from meshlab_specsmooth import descriptors
 from meshlab_specsmooth.bridge import files, filters, meshset
-from meshlab_specsmooth.bridge.parameters import PyMeshLabException, resolve
+from meshlab_specsmooth.bridge.parameters import check_given
 from meshlab_specsmooth.cli.options import add_files, add_options, given_parameters
 from meshlab_specsmooth.cli.progress import bar
-from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.response import name_of
 from meshlab_specsmooth.surface import Surface
 
@@ -38,11 +37,8 @@ def run(arguments: argparse.Namespace) -> None:
     if ms.current_mesh().face_number() == 0:
         Surface(*meshset.pull(ms))  # says what is wrong, and the remedy
     given = given_parameters(arguments, _DESCRIPTOR)
-    try:
-        resolve(_DESCRIPTOR, given, ms)
-    except PyMeshLabException as error:  # wrong usage; what MeshLab raises from here on is a failure
-        raise InvalidParameter(str(error)) from error
-    with bar("smoothing") as progress:
+    check_given(_DESCRIPTOR, given, ms)
+    with bar("smoothing") as progress, filters.quiet():
         report = filters.apply_coord_spectral_smoothing(ms, **given, progress=progress)
     files.write(ms, arguments.output, source=arguments.input)
     edge, noise, modes = report["mean_edge"] or 1.0, report["noise"], round(report["modes"])

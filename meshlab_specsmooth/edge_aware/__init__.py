@@ -18,6 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from meshlab_specsmooth.edge_aware.denoising import FAVORS, denoised
+from meshlab_specsmooth.edge_aware.regions import region_of
 from meshlab_specsmooth.edge_aware.result import Considered, EdgeAwareResult, Setting
 from meshlab_specsmooth.edge_aware.search import Fixed
 from meshlab_specsmooth.errors import InvalidParameter, check_name
@@ -39,6 +40,12 @@ def smooth_edge_aware(
     passes: int | None = None,
     start: str = "auto",
     barycenter_weight: float | None = None,
+    boundary: str = "auto",
+    mask: npt.ArrayLike | None = None,
+    features: npt.ArrayLike | None = None,
+    feature_gain: float = 1.0,
+    creases: npt.ArrayLike | float | None = None,
+    weld: bool = True,
     progress: Progress | None = None,
 ) -> EdgeAwareResult:
     """Smooth a surface and keep its edges; without parameters, as strongly as the noise asks for.
@@ -61,6 +68,30 @@ def smooth_edge_aware(
         organic shapes. ``"auto"`` chooses, unless nothing else is left to be chosen: then it is as given.
     barycenter_weight : float, optional
         w > 0 of the isotropic filter, which the first pass is guided by or starts from. By the noise if not given.
+    boundary : {"auto", "fixed", "curve", "free"}
+        What happens at the boundary of an open surface. ``"auto"``: it follows the normals of its faces, and is not
+        drawn inwards. ``"fixed"``: it stays to the bit, so that tiles with a common edge still fit. ``"curve"``: it is
+        smoothed along itself, as by :func:`meshlab_specsmooth.smooth`. ``"free"``: it is treated like the rest.
+    mask : (n,) array of weights in [0, 1] or of bool, optional
+        Vertices that may move: those whose weight is above 0. The others stay to the bit, and the displacement fades
+        out towards them over four rings of edges. Where there are 200 or more, the noise is measured and the setting
+        chosen on these alone.
+    features : (n,) array of weights in [0, 1] or of bool, optional
+        Vertices whose detail is to be kept or enhanced.
+    feature_gain : float
+        A feature's displacement is multiplied by 1 - feature_gain * weight: 0 smooths it as the rest, 1 keeps it where
+        it is, above 1 enhances what smoothing would remove. Without ``features`` it has no effect.
+    creases : (k, 2) array of integers, or float, optional
+        Edges that nothing crosses: as pairs of vertices, or all edges whose faces' normals differ by more than an angle
+        in degrees. Faces on opposite sides exchange no normals: two faces are neighbors only where they are linked
+        around a common vertex without crossing a crease, and never if they share a crease. The isotropic guide leaves
+        the creases' vertices in place and is computed on each side by itself; afterwards these vertices follow the
+        faces of both sides. What is chosen by estimated error, and the units, are common to the whole surface. The
+        angle is measured on the surface as given where that has no noise, else between normals after a first edge-aware
+        low-pass, as noise tilts faces by more than the angle of many edges. That finds hard edges, of 45 degrees and
+        more; those of a smaller angle are better given as pairs.
+    weld : bool
+        Whether vertices at one place move as one, as for :func:`meshlab_specsmooth.smooth`.
     progress : callable, optional
         Called with the fraction done, rising to 1; what it raises ends the call.
 
@@ -81,20 +112,36 @@ def smooth_edge_aware(
     """
     _check(favor, strength, range_width, passes, start, barycenter_weight)
     fixed = Fixed(strength, range_width, passes, start, barycenter_weight)
-    return denoised(_surface(vertices, faces), favor, fixed, False, progress)
+    surface = _surface(vertices, faces)
+    region = region_of(surface, boundary, mask, features, feature_gain, creases)
+    return denoised(surface, favor, fixed, region, False, weld, progress)
 
 
 def denoise(
-    vertices: npt.ArrayLike, faces: npt.ArrayLike, *, favor: str = "position", progress: Progress | None = None
+    vertices: npt.ArrayLike,
+    faces: npt.ArrayLike,
+    *,
+    favor: str = "position",
+    boundary: str = "auto",
+    mask: npt.ArrayLike | None = None,
+    features: npt.ArrayLike | None = None,
+    feature_gain: float = 1.0,
+    creases: npt.ArrayLike | float | None = None,
+    weld: bool = True,
+    progress: Progress | None = None,
 ) -> EdgeAwareResult:
     """Smooth a surface by whatever has the least estimated error: the isotropic filter or an edge-aware setting.
+
+    Where noise cannot be told from shape, nothing is moved; where the shape would change by more than the noise
+    explains, a weaker result or the input is returned. ``result.warning`` says so.
 
     Parameters
     ----------
     vertices : (n, 3) array of real numbers
     faces : (m, 3) array of integers
-    favor, progress
-        As for :func:`smooth_edge_aware`.
+    favor, boundary, mask, features, feature_gain, creases, weld, progress
+        As for :func:`smooth_edge_aware`. Where creases are given, the isotropic filter is not considered: it knows of
+        none, and would round them.
 
     Returns
     -------
@@ -110,7 +157,9 @@ def denoise(
     True
     """
     check_name("favor", favor, FAVORS)
-    return denoised(_surface(vertices, faces), favor, Fixed(), True, progress)
+    surface = _surface(vertices, faces)
+    region = region_of(surface, boundary, mask, features, feature_gain, creases)
+    return denoised(surface, favor, Fixed(), region, True, weld, progress)
 
 
 def _surface(vertices: npt.ArrayLike, faces: npt.ArrayLike) -> Surface:

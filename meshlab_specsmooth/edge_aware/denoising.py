@@ -6,19 +6,37 @@ import time
 from dataclasses import replace
 
 import numpy as np
+import numpy.typing as npt
 
-from meshlab_specsmooth.automatic import drifting, warning_of
+from meshlab_specsmooth.automatic import drifting
+from meshlab_specsmooth.edge_aware.creasing import creases_by_angle
 from meshlab_specsmooth.edge_aware.filtering import filtered
-from meshlab_specsmooth.edge_aware.guards import MOST_REPAIRS, with_volume, without_flips
-from meshlab_specsmooth.edge_aware.mesh import built, mean_side, smooth_automatically, smooth_isotropically, volume_of
-from meshlab_specsmooth.edge_aware.pieces import sample_of
+from meshlab_specsmooth.edge_aware.guards import with_volume, without_flips
+from meshlab_specsmooth.edge_aware.mesh import (
+    Mesh,
+    at_positions,
+    built,
+    mean_side,
+    smooth_automatically,
+    smooth_isotropically,
+    volume_of,
+    with_creases,
+)
+from meshlab_specsmooth.edge_aware.pieces import cut_sample, sample_of
+from meshlab_specsmooth.edge_aware.regions import Region
 from meshlab_specsmooth.edge_aware.result import DRAWN_IN, Considered, EdgeAwareResult, Setting
 from meshlab_specsmooth.edge_aware.search import Fixed, Row, drawn_in, estimate_on, guide_weight, ranked, searched
+from meshlab_specsmooth.guard import Change, compare_shapes
 from meshlab_specsmooth.memory import require
-from meshlab_specsmooth.noise import IMPULSE, NONE, Noise, measure, nothing, sheet
-from meshlab_specsmooth.smoothing import with_sides
+from meshlab_specsmooth.noise import IMPULSE, MOST_WEIGHT, UNCLEAR, Noise, measure, nothing
+from meshlab_specsmooth.outliers import describe_outliers, replace_outliers
+from meshlab_specsmooth.parts import Part, describe_left_alone, describe_levels, label_components, split
+from meshlab_specsmooth.patches import WHOLE
+from meshlab_specsmooth.smoothing import describe_unused, find_corners, with_sides
 from meshlab_specsmooth.spectral.progress import Progress, part
-from meshlab_specsmooth.surface import Integers, Surface
+from meshlab_specsmooth.surface import Booleans, Floats, Integers, Surface
+from meshlab_specsmooth.triangles import find_uneven_vertices
+from meshlab_specsmooth.welding import find_copies
 
 # Where a call stands when the operators are made, and when the setting is chosen
 _BUILT, _CHOSEN = 0.1, 0.6
@@ -27,89 +45,285 @@ _BUILT, _CHOSEN = 0.1, 0.6
 _FAVORING = {"position": 1.0, "normals": 1.4}
 # What a call takes at its peak, with room to spare: 600 were measured at two million faces with the compiled kernels
 _BYTES_PER_FACE = 900
-# Noise of a millionth of an edge is no more than rounding makes; there is nothing to smooth then.
-_ROUNDING = 1e-6
 
 FAVORS = tuple(_FAVORING)
 
 
 def denoised(
-    surface: Surface, favor: str, fixed: Fixed, with_isotropic: bool, progress: Progress | None
+    surface: Surface,
+    favor: str,
+    fixed: Fixed,
+    region: Region,
+    with_isotropic: bool,
+    weld: bool,
+    progress: Progress | None,
 ) -> EdgeAwareResult:
-    """The whole of :func:`smooth_edge_aware` and :func:`denoise`."""
+    """The whole of :func:`smooth_edge_aware` and :func:`denoise`: part by part, where noise or scale are not alike."""
     begin = time.perf_counter()
     V, F = surface.vertices, surface.faces
     require(_BYTES_PER_FACE * len(F), f"smoothing {len(F)} faces")
-    h = mean_side(V, F)
-    moving, G = _used(F, len(V))
-    if h == 0 or len(moving) == 0:
-        return _untouched(surface, begin, nothing(0.0))
+    moving, place, G, welded = _used(V, F, weld)
+    region = region.on(place, len(moving))
+    h = mean_side(V[moving], G) if len(moving) else 0.0
+    if h == 0:
+        nowhere = _untouched(V.copy(), nothing(0.0), 0.0, np.nan)
+        return replace(nowhere, warning=region.warning, seconds=time.perf_counter() - begin)
     X = (V[moving] - V[moving].mean(axis=0)) / h
-    mesh = built(X, G, np.ones(len(X), dtype=np.bool_))
-    sample = sample_of(mesh)
+    mesh = built(X, G, region.judged(len(X)), region.boundary)
+    parts = _parts(mesh) if fixed == Fixed() else []
+    if len(parts) > 1:
+        result = _denoise_parts(mesh, parts, favor, region, with_isotropic, progress)
+    else:
+        result = _denoise_mesh(mesh, favor, fixed, region, with_isotropic, progress)
+    has_place = place >= 0
+    step = np.zeros_like(V)
+    step[has_place] = ((result.vertices - X) * h)[place[has_place]]
+    return replace(
+        _scaled(result, h),
+        vertices=np.where(step != 0, V + step, V),
+        displacement=float(np.sqrt((step**2).sum() / len(V))),
+        welded=welded,
+        outliers=moving[result.outliers].astype(np.int64),
+        warning="; ".join(
+            filter(None, (*mesh.isotropic.doubts, *describe_unused(surface), result.warning, region.warning))
+        )
+        or None,
+        seconds=time.perf_counter() - begin,
+    )
+
+
+def _parts(mesh: Mesh) -> list[Part]:
+    prepared = mesh.isotropic
+    count, labels = label_components(prepared.L)
+    if count == 1:
+        return []
+    return split(prepared.positions, prepared.faces, prepared.L, count, labels)
+
+
+def _denoise_parts(
+    mesh: Mesh, parts: list[Part], favor: str, region: Region, with_isotropic: bool, progress: Progress | None
+) -> EdgeAwareResult:
+    """Each part by its own noise and edges; the evidence is that of the largest one that can be told anything of."""
+    prepared = mesh.isotropic
+    Y, done = mesh.V.copy(), 0
+    notes: list[str | None] = []
+    results: list[tuple[EdgeAwareResult, int]] = []
+    outliers = []
+    for each in parts:
+        if each.is_left_alone:
+            notes.append(describe_left_alone(each))
+            continue
+        at = prepared.moving[each.vertices]
+        number = np.full(len(mesh.V), -1, dtype=np.int32)
+        number[at] = np.arange(len(at), dtype=np.int32)
+        faces = number[prepared.moving[prepared.faces[each.faces]]]
+        h, center = mean_side(mesh.V[at], faces), mesh.V[at].mean(axis=0)
+        own = region.on(number, len(at))
+        alone = built((mesh.V[at] - center) / h, faces, own.judged(len(at)), region.boundary)
+        share = part(progress, done / len(Y), len(at) / len(Y))
+        result = _denoise_mesh(alone, favor, Fixed(), own, with_isotropic, share)
+        done += len(at)
+        Y[at] += (result.vertices - alone.V) * h
+        outliers.append(at[result.outliers])
+        results.append((_scaled(result, h), len(at)))
+        if result.warning is not None:
+            notes.append(f"{result.warning} ({len(at)} of {len(Y)} vertices)")
+    first, _ = max(results, key=lambda pair: (not pair[0].noise.is_left_alone, pair[1]))
+    squares = sum(count * np.nan_to_num(result.error) ** 2 for result, count in results)
+    return replace(
+        first,
+        vertices=Y,
+        error=float(np.sqrt(squares / len(Y))),
+        flips=sum(result.flips for result, _ in results),
+        volume_change=_volume_change(mesh, Y),
+        outliers=np.sort(np.concatenate(outliers)),
+        warning="; ".join(filter(None, (describe_levels([r.noise for r, _ in results]), *notes))) or None,
+    )
+
+
+def _denoise_mesh(
+    mesh: Mesh, favor: str, fixed: Fixed, region: Region, with_isotropic: bool, progress: Progress | None
+) -> EdgeAwareResult:
+    """Choice, filter and what is held afterwards, for a mesh in units of its mean edge; so is the result."""
+    is_automatic, given_mesh = fixed == Fixed(), mesh
+    outliers, held = np.empty(0, dtype=np.int64), None
+    if is_automatic:
+        held = _uneven(mesh)
+        region = region if held is None else region.without(held)
+        mesh, outliers = _without_outliers(mesh, region)
+    field = region.field(mesh.F, len(mesh.V))
     report = progress or (lambda _: None)
     report(_BUILT)
-    on = sheet(sample.V, sample.F)
+    sample, on, drawn = sample_of(mesh)
     measured = measure(on)
     noise = measured.noise
-    level = noise.level * _FAVORING[favor]
+    stays = field is not None and not field.any()
+    if stays or (is_automatic and noise.is_left_alone):
+        if stays or noise.kind == UNCLEAR:  # strays cannot be told from such a shape either
+            mesh, outliers = given_mesh, outliers[:0]
+        unchanged = _untouched(mesh.V, noise, max(noise.level, noise.resolution), _volume_change(given_mesh, mesh.V))
+        return replace(
+            unchanged, outliers=outliers, warning=_joined(describe_outliers(outliers), None if stays else noise.warning)
+        )
+    X, level = mesh.V, noise.level * _FAVORING[favor]
+    whole = mesh
+    creases = creases_by_angle(mesh, region.angle, noise, level) if region.angle is not None else region.creases
+    if creases is not None:
+        mesh, sample = with_creases(mesh, creases), cut_sample(sample, drawn, creases, len(X))
     mesh, sample = (replace(each, drifting=drifting(noise)) for each in (mesh, sample))
-    if noise.level <= _ROUNDING and fixed == Fixed():
-        return _untouched(surface, begin, noise.scaled(0, h))
-    given = fixed.setting(guide_weight(level))
-    if noise.kind == NONE and fixed == Fixed():
-        automatic = smooth_automatically(mesh, X, favor)
-        setting = Setting("smoothed", 0.0, 0.0, 0, automatic.barycenter_weight)
-        rows = [Row(setting, (automatic.estimated_error or 0.0) ** 2)]
-    elif given is not None:
-        rows = [Row(given, np.nan)]
+    setting = fixed.setting(guide_weight(level))
+    if setting is not None:
+        rows = [Row(setting, np.nan)]
     else:
         estimate = estimate_on(sample, on, measured, _FAVORING[favor])
-        rows = searched(estimate, fixed, with_isotropic, part(progress, _BUILT, _CHOSEN - _BUILT))
-        if noise.kind == IMPULSE and fixed == Fixed():
+        # the isotropic filter knows of no creases
+        rows = searched(estimate, fixed, with_isotropic and mesh.cut is None, part(progress, _BUILT, _CHOSEN - _BUILT))
+        if noise.kind == IMPULSE and is_automatic and mesh.cut is None:
             rows = [*rows, drawn_in(estimate, favor)]
         rows = ranked(rows, alike=favor == "position")
     report(_CHOSEN)
-    setting, error = rows[0].setting, rows[0].error
-    if setting.start == DRAWN_IN:
-        smoothed = smooth_automatically(mesh, X, favor).vertices
-    else:
-        smoothed = smooth_isotropically(mesh, X, setting.barycenter_weight)
-    Y = filtered(mesh, X, smoothed, setting, part(progress, _CHOSEN, 1 - _CHOSEN))
-    # faces of a clean surface that look away from their neighbours are meant to
-    Y, flips = without_flips(mesh, Y, smoothed, repairs=0 if noise.kind == NONE else MOST_REPAIRS)
-    volume = 0.0 if mesh.rim.any() else volume_of(mesh, X)
-    if volume:
-        Y = with_volume(mesh, Y, volume, level)
-    result = V.copy()
-    result[moving] += (Y - X) * h
+    Y, flips = _apply(mesh, rows[0].setting, favor, level, part(progress, _CHOSEN, 1 - _CHOSEN))
+    if field is not None:
+        Y = X + field[:, None] * (Y - X)
+    change = compare_shapes(X, Y, mesh.F, *_components(whole), noise)
+    note = None
+    if is_automatic and change.excessive.any():
+        Y, weight, note = _within_reason(whole, Y, favor, noise, change, field)
+        rows = [Row(Setting("smoothed", 0.0, 0.0, 0, weight), np.nan), *rows]
+    elif not is_automatic and change.is_large:
+        note = f"this setting changes the shape: {change.describe()}"
     report(1.0)
+    setting = rows[0].setting
     return EdgeAwareResult(
-        vertices=result,
-        noise=noise.scaled(0, h),
-        level=level * h,
+        vertices=Y,
+        noise=noise,
+        level=level,
         start=setting.start,
         strength=setting.strength,
         range_width=setting.range_width,
         passes=setting.passes,
         barycenter_weight=setting.barycenter_weight,
-        error=_root(error) * h,
-        considered=tuple(Considered(row.setting, _root(row.error) * h) for row in rows),
+        error=_root(rows[0].error),
+        considered=tuple(Considered(row.setting, _root(row.error)) for row in rows),
         flips=flips,
-        volume_change=100 * (volume_of(mesh, Y) - volume) / abs(volume) if volume else np.nan,
-        displacement=float(np.sqrt(((Y - X) ** 2).sum() / len(V))) * h,
+        volume_change=_volume_change(given_mesh, Y),
+        displacement=0.0,
         kernels=mesh.kernels.name,
-        warning=warning_of(noise),
-        seconds=time.perf_counter() - begin,
+        warning=_joined(
+            describe_outliers(outliers),
+            None if held is None else f"{int(held.sum())} vertices between long thin triangles are left alone",
+            note,
+            noise.warning,
+        ),
+        seconds=0.0,
+        creases=0 if mesh.cut is None else len(mesh.cut.edges),
+        outliers=outliers,
     )
 
 
-def _used(F: Integers, n: int) -> tuple[Integers, Integers]:
-    """The vertices that have an edge, and the faces of those alone, by their numbers among them."""
-    used = np.zeros(n, dtype=np.bool_)
-    used[with_sides(F)] = True
-    at = np.cumsum(used, dtype=np.int32) - np.int32(1)
-    return np.flatnonzero(used).astype(np.int32), np.ascontiguousarray(at[F[used[F].all(axis=1)]])
+def _apply(mesh: Mesh, setting: Setting, favor: str, level: float, progress: Progress | None) -> tuple[Floats, int]:
+    """What a setting makes of the mesh, its volume held, and how many faces are turned over."""
+    X = mesh.V
+    if setting.start == DRAWN_IN:
+        smoothed = smooth_automatically(mesh, X, favor).vertices
+    else:
+        smoothed = smooth_isotropically(mesh, X, setting.barycenter_weight)
+    Y = filtered(mesh, X, smoothed, setting, progress)
+    Y, flips = without_flips(mesh, Y, smoothed)
+    volume = 0.0 if mesh.rim.any() else volume_of(mesh, X)
+    return (with_volume(mesh, Y, volume, level) if volume else Y), flips
+
+
+def _uneven(mesh: Mesh) -> Booleans | None:
+    """Vertices between triangles that say nothing of noise; None where there are none, or nothing else."""
+    if len(mesh.V) > WHOLE:
+        return None
+    prepared = mesh.isotropic
+    uneven = np.zeros(len(mesh.V), dtype=np.bool_)
+    uneven[prepared.moving] = find_uneven_vertices(prepared.positions, prepared.faces, prepared.L)
+    return uneven if uneven.any() and not uneven.all() else None
+
+
+def _within_reason(
+    mesh: Mesh, Y: Floats, favor: str, noise: Noise, change: Change, field: Floats | None
+) -> tuple[Floats, float, str]:
+    """What is handed out where a result changes the shape by more than the noise explains.
+
+    The isotropic filter's own choice, which is held to the same; where that changes too much as well, the input.
+    """
+    X = mesh.V
+    closed, labels = _components(mesh)
+    automatic = smooth_automatically(mesh, X, favor)
+    weaker = automatic.vertices
+    if field is not None:
+        weaker = X + field[:, None] * (weaker - X)
+    still = compare_shapes(X, weaker, mesh.F, closed, labels, noise).excessive
+    weaker = np.where((change.excessive & still)[labels][:, None], X, weaker)
+    handed_out = np.where(change.excessive[labels][:, None], weaker, Y)
+    done = "the input is" if np.array_equal(handed_out, X) else "a weaker result is"
+    return handed_out, automatic.barycenter_weight, change.describe_replaced(done)
+
+
+def _components(mesh: Mesh) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.int32]]:
+    """Which connected components are closed, and the component of each vertex."""
+    prepared = mesh.isotropic
+    count, of_moving = label_components(prepared.L)
+    labels = np.empty(len(mesh.V), dtype=np.int32)
+    labels[prepared.moving] = of_moving
+    closed = np.ones(count, dtype=np.bool_)
+    closed[labels[mesh.rim]] = False
+    return closed, labels
+
+
+def _without_outliers(mesh: Mesh, region: Region) -> tuple[Mesh, npt.NDArray[np.int64]]:
+    """The mesh with single stray vertices put back where they may move, and which these are."""
+    at = mesh.isotropic.moving
+    rim = None if mesh.isotropic.rim is None else mesh.isotropic.rim.vertices
+    positions, strays = replace_outliers(mesh.V[at], mesh.isotropic.L, rim)
+    may_move = np.ones(len(mesh.V), dtype=np.bool_) if region.inside is None else region.inside.copy()
+    strays = strays[may_move[at[strays]]]
+    if len(strays) == 0:
+        return mesh, strays
+    V = mesh.V.copy()
+    V[at[strays]] = positions[strays]
+    return at_positions(mesh, V), np.sort(at[strays]).astype(np.int64)
+
+
+def _volume_change(mesh: Mesh, Y: Floats) -> float:
+    """In per cent; NaN of an open surface."""
+    volume = 0.0 if mesh.rim.any() else volume_of(mesh, mesh.V)
+    return 100 * (volume_of(mesh, Y) - volume) / abs(volume) if volume else np.nan
+
+
+def _scaled(result: EdgeAwareResult, h: float) -> EdgeAwareResult:
+    """The evidence with lengths times h."""
+    return replace(
+        result,
+        noise=result.noise.scaled(0, h),
+        level=result.level * h,
+        error=result.error * h,
+        considered=tuple(Considered(row.setting, row.error * h) for row in result.considered),
+    )
+
+
+def _used(V: Floats, F: Integers, weld: bool) -> tuple[Integers, Integers, Integers, int]:
+    """The vertices that have an edge, where each vertex is among them or -1, their faces, and how many are copies."""
+    used = find_corners(F, len(V))
+    copies = find_copies(V, used) if weld else None
+    welded = 0
+    if copies is not None:
+        welded = int((copies[used] != np.flatnonzero(used)).sum())
+        F = copies.take(F)
+    has_edge = find_corners(with_sides(F), len(V))
+    place = np.where(has_edge, np.cumsum(has_edge, dtype=np.int32) - np.int32(1), np.int32(-1))
+    G = np.ascontiguousarray(place[F[has_edge[F].all(axis=1)]])
+    if copies is not None:
+        place[used] = place[copies[used]]
+    return np.flatnonzero(has_edge).astype(np.int32), place, G, welded
+
+
+def _joined(*warnings: str | None) -> str | None:
+    return "; ".join(filter(None, warnings)) or None
 
 
 def _root(squared: float) -> float:
@@ -117,23 +331,23 @@ def _root(squared: float) -> float:
     return float(np.sqrt(max(squared, 0.0)))
 
 
-def _untouched(surface: Surface, begin: float, noise: Noise) -> EdgeAwareResult:
-    """For surfaces without an edge of any length, or without noise."""
+def _untouched(vertices: Floats, noise: Noise, error: float, volume_change: float) -> EdgeAwareResult:
+    """For surfaces without an edge of any length, without noise, or with none that could be told from shape."""
     return EdgeAwareResult(
-        vertices=surface.vertices.copy(),
+        vertices=vertices,
         noise=noise,
         level=0.0,
         start="given",
         strength=0.0,
         range_width=0.0,
         passes=0,
-        barycenter_weight=1.0,
-        error=0.0,
+        barycenter_weight=MOST_WEIGHT,
+        error=error,
         considered=(),
         flips=0,
-        volume_change=np.nan,
+        volume_change=volume_change,
         displacement=0.0,
         kernels="none",
         warning=None,
-        seconds=time.perf_counter() - begin,
+        seconds=0.0,
     )

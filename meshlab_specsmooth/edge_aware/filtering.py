@@ -18,6 +18,8 @@ _SWEEPS = 15
 # The solve is cut short where the normals are off by less than a thousandth: they are re-estimated in the next pass.
 _SOLVED_TO = 1e-3
 _MOST_ITERATIONS = 6
+# Where creases are given, what is left unsolved must not tell one side of the other.
+_PARTED_TO, _MOST_ITERATIONS_PARTED = 1e-8, 200
 
 
 def unit(X: Floats) -> Floats:
@@ -27,9 +29,16 @@ def unit(X: Floats) -> Floats:
 
 
 def low_pass(
-    kernels: FaceKernels, centre: Floats, N: Floats, area: Floats, guide: Floats, strength: float, range_width: float
+    kernels: FaceKernels,
+    centre: Floats,
+    N: Floats,
+    area: Floats,
+    guide: Floats,
+    strength: float,
+    range_width: float,
+    parted: bool = False,
 ) -> Floats:
-    """Unit normals (A + t L_w)^-1 A N."""
+    """Unit normals (A + t L_w)^-1 A N; ``parted``: whether the graph has parts that must not depend on each other."""
     # the mean centroids of two equilateral triangles of edge 1 on an edge are 1 / sqrt(3) apart
     near = 1.5 / _SPATIAL_WIDTH**2
     alike = 0.5 / range_width**2
@@ -38,18 +47,27 @@ def low_pass(
     root = np.sqrt(a)
     weight, degree = kernels.weigh(centre, guide, root, near, alike)
     diagonal = a + strength * degree
-    return unit(kernels.solve(weight, diagonal, strength, a[:, None] * N, guide, _SOLVED_TO, _MOST_ITERATIONS))
+    tolerance, most = (_PARTED_TO, _MOST_ITERATIONS_PARTED) if parted else (_SOLVED_TO, _MOST_ITERATIONS)
+    return unit(kernels.solve(weight, diagonal, strength, a[:, None] * N, guide, tolerance, most))
 
 
 def passes_of(
-    mesh: Mesh, given: Floats, smoothed: Floats, start: str, strength: float, range_width: float
+    mesh: Mesh,
+    given: Floats,
+    smoothed: Floats,
+    start: str,
+    strength: float,
+    range_width: float,
+    parted: bool = False,
 ) -> Iterator[Floats]:
-    """The vertices after each pass, without end."""
+    """The vertices after each pass, without end; ``parted`` as for :func:`low_pass`."""
     V = given if start == "given" else smoothed
+    if mesh.holds_rim:
+        V = np.where(mesh.rim[:, None], smoothed, V)
     guide = mesh.kernels.frames(smoothed)[1]
     while True:
         centre, N, area = mesh.kernels.frames(V)
-        N = low_pass(mesh.kernels, centre, N, area, guide, strength, range_width)
+        N = low_pass(mesh.kernels, centre, N, area, guide, strength, range_width, parted)
         V = mesh.kernels.fit(V, N, mesh.pull, _SWEEPS)
         yield V
         guide = mesh.kernels.frames(V)[1]
@@ -59,7 +77,8 @@ def filtered(mesh: Mesh, given: Floats, smoothed: Floats, setting: Setting, prog
     """What a setting makes of the given vertices."""
     if setting.passes == 0:
         return smoothed
-    path = passes_of(mesh, given, smoothed, setting.start, setting.strength, setting.range_width)
+    parted = mesh.cut is not None
+    path = passes_of(mesh, given, smoothed, setting.start, setting.strength, setting.range_width, parted)
     for count in range(1, setting.passes):
         next(path)
         if progress is not None:

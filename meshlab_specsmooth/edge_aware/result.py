@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
 
 from meshlab_specsmooth.noise import Noise
 from meshlab_specsmooth.surface import Floats
@@ -80,8 +83,14 @@ class EdgeAwareResult:
     kernels : str
         ``"numba"`` where the extra ``fast`` is installed, else ``"scipy"``.
     warning : str or None
-        What the choice could not take into account.
+        What the choice could not take into account, and what was left alone for that.
     seconds : float
+    creases : int
+        Number of edges that nothing crosses, as given or found by their angle.
+    welded : int
+        Vertices that lie where another one does, and moved with it.
+    outliers : (k,) int64
+        Single stray vertices that were put where their neighbors expect them, where the setting was chosen.
     """
 
     vertices: Floats
@@ -100,3 +109,6 @@ class EdgeAwareResult:
     kernels: str
     warning: str | None
     seconds: float
+    creases: int = 0
+    welded: int = 0
+    outliers: npt.NDArray[np.int64] = field(default_factory=lambda: np.empty(0, dtype=np.int64))

@@ -1,0 +1,166 @@
+"""Where the filter acts: which vertices may move, what features keep, the boundary, and edges that nothing crosses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from meshlab_specsmooth.errors import InvalidParameter, check_name
+from meshlab_specsmooth.graph.creases import keys_of, sides_of
+from meshlab_specsmooth.patches import MIN_COUNTED
+from meshlab_specsmooth.region import ALL_KEPT, BOUNDARIES, NOTHING_SELECTED, fade, weights
+from meshlab_specsmooth.surface import Booleans, Floats, Integers, Surface
+
+
+@dataclass(frozen=True, eq=False)
+class Region:
+    """Where the filter acts; None stands for no restriction.
+
+    Attributes
+    ----------
+    boundary : {"auto", "fixed", "curve", "free"}
+    inside : (n,) bool or None
+        Vertices that may move.
+    kept : (n,) float64 or None
+        The share of its displacement that a vertex does not make: feature gain times feature weight.
+    creases : (k, 2) int32 or None
+        Edges that nothing crosses.
+    angle : float or None
+        In degrees: edges whose faces' normals differ by more are creases.
+    """
+
+    boundary: str = "auto"
+    inside: Booleans | None = None
+    kept: Floats | None = None
+    creases: Integers | None = None
+    angle: float | None = None
+
+    def on(self, place: Integers, count: int) -> Region:
+        """The same on other vertices: each vertex becomes number ``place`` of so many, or none where that is -1.
+
+        Where several vertices become one, it may move if all of them may, and keeps what the firmest of them keeps.
+        """
+        inside, kept, creases = self.inside, self.kept, self.creases
+        used = np.flatnonzero(place >= 0)
+        if inside is not None:
+            outside = used[~inside[used]]
+            inside = np.ones(count, dtype=np.bool_)
+            inside[place[outside]] = False
+        if kept is not None:
+            firmest = np.zeros(count)
+            np.maximum.at(firmest, place[used], kept[used])
+            kept = firmest
+        if creases is not None:
+            creases = place[creases]
+            creases = creases[creases[:, 0] != creases[:, 1]]
+        return Region(self.boundary, inside, kept, creases, self.angle)
+
+    def without(self, held: Booleans) -> Region:
+        """The same, but some vertices must not move."""
+        inside = ~held if self.inside is None else self.inside & ~held
+        return Region(self.boundary, inside, self.kept, self.creases, self.angle)
+
+    def field(self, F: Integers, n: int) -> Floats | None:
+        """(n,) the share of its displacement that each vertex makes; None where all make all of it."""
+        if self.inside is None and self.kept is None:
+            return None
+        share = np.ones(n) if self.inside is None else _blended(F, self.inside)
+        return share if self.kept is None else share * (1 - self.kept)
+
+    def judged(self, n: int) -> Booleans:
+        """(n,) the vertices whose noise and error count: those that may move, if they are enough to tell."""
+        if self.inside is None or self.inside.sum() < MIN_COUNTED:
+            return np.ones(n, dtype=np.bool_)
+        return self.inside
+
+    @property
+    def warning(self) -> str | None:
+        """Why nothing moves, if that is so."""
+        if self.inside is not None and not self.inside.any():
+            return NOTHING_SELECTED
+        if self.kept is not None and (self.kept == 1).all():
+            return ALL_KEPT
+        return None
+
+
+def region_of(
+    surface: Surface,
+    boundary: str,
+    mask: npt.ArrayLike | None,
+    features: npt.ArrayLike | None,
+    feature_gain: float,
+    creases: npt.ArrayLike | float | None,
+) -> Region:
+    """What a caller gave, checked.
+
+    Raises
+    ------
+    InvalidParameter
+        Names the parameter, and the first vertex or row that is wrong.
+    """
+    check_name("boundary", boundary, BOUNDARIES)
+    if not 0 <= feature_gain < np.inf:
+        raise InvalidParameter(f"feature_gain is {feature_gain}; it must be finite and not negative")
+    n = len(surface.vertices)
+    inside = None if mask is None else weights("mask", mask, n) > 0
+    kept = None if features is None else feature_gain * weights("features", features, n)
+    pairs, angle = None, None
+    if creases is not None:
+        if np.ndim(creases) == 0:
+            angle = _angle(creases)
+        else:
+            pairs = _pairs(creases, surface.faces, n)
+    return Region(
+        boundary,
+        None if inside is None or inside.all() else inside,
+        None if kept is None or not kept.any() else kept,
+        pairs,
+        angle,
+    )
+
+
+def _angle(given: object) -> float:
+    is_number = isinstance(given, int | float | np.integer | np.floating) and not isinstance(given, bool)
+    if not is_number or not 0 < given < 180:  # type: ignore[operator]
+        raise InvalidParameter(f"creases is {given!r}; an angle lies between 0 and 180 degrees, both excluded")
+    return float(given)  # type: ignore[arg-type]
+
+
+def _pairs(given: npt.ArrayLike, F: Integers, n: int) -> Integers:
+    """(k, 2) int32, each an edge of a face."""
+    try:
+        array = np.asarray(given)
+    except ValueError as error:
+        raise InvalidParameter(f"creases is no array of vertex pairs ({error})") from error
+    if array.ndim != 2 or array.shape[1] != 2:
+        if array.shape == (0,):
+            return np.empty((0, 2), dtype=np.int32)
+        raise InvalidParameter(f"creases has shape {array.shape}; pass (k, 2) vertex pairs, or an angle in degrees")
+    if not np.issubdtype(array.dtype, np.integer):
+        raise InvalidParameter(f"creases has entries of type {array.dtype}; vertex pairs are whole numbers")
+    outside = ((array < 0) | (array >= n)).any(axis=1)
+    if outside.any():
+        row = int(np.flatnonzero(outside)[0])
+        raise InvalidParameter(f"creases[{row}] is {_told(array[row])}; vertices are numbered from 0 to {n - 1}")
+    strange = ~np.isin(keys_of(array, n), sides_of(F, n).key)
+    if strange.any():
+        row = int(np.flatnonzero(strange)[0])
+        raise InvalidParameter(f"creases[{row}] is {_told(array[row])}, which is no edge of a face")
+    return array.astype(np.int32)
+
+
+def _told(row: npt.NDArray[np.integer]) -> str:
+    return f"({row[0]}, {row[1]})"
+
+
+def _blended(F: Integers, inside: Booleans) -> Floats:
+    """A weight that is 0 outside, and rises to 1 over some rings inside."""
+
+    def eroded(within: Booleans) -> Booleans:
+        kept = within.copy()
+        kept[F[~within[F].all(axis=1)]] = False
+        return kept
+
+    return fade(inside, eroded)
