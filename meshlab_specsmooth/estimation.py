@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from meshlab_specsmooth.automatic import part_of
 from meshlab_specsmooth.errors import FilterFailed, InvalidParameter
 from meshlab_specsmooth.noise import WHITE, Noise, measure, realisation, sheet
+from meshlab_specsmooth.outliers import replace_outliers
+from meshlab_specsmooth.parts import estimate_level
 from meshlab_specsmooth.smoothing import assemble
 from meshlab_specsmooth.surface import Floats, Integers, Surface
 
@@ -26,7 +27,9 @@ def estimate_noise(vertices: npt.ArrayLike, faces: npt.ArrayLike) -> Noise:
 
     The median of the normal component of L^2 V, and levels at other scales to tell kinds apart (see :class:`Noise`).
     White noise between 0.05 and 0.5 edges is found to a few per cent where the mesh resolves its shape; fine detail
-    counts as noise, so that a coarse model of a curved shape has some. Large meshes are judged by patches.
+    counts as noise, so that a coarse model of a curved shape has some. Large meshes are judged by patches, the same for
+    any order of vertices and faces. Of components of unlike scale or noise, the largest is measured. Where the
+    triangles are too uneven, too coarse or too few, the kind is ``"unclear"``.
 
     Parameters
     ----------
@@ -44,11 +47,12 @@ def estimate_noise(vertices: npt.ArrayLike, faces: npt.ArrayLike) -> Noise:
     >>> import meshlab_specsmooth as mss
     >>> corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
     >>> mss.estimate_noise(corners, [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]).kind  # too few to tell
-    'none'
+    'unclear'
     """
     mesh = assemble(vertices, faces, "uniform")
-    on = part_of(mesh.positions, mesh.faces, mesh.L)
-    return measure(on).noise.scaled(mesh.exponent)
+    rim = None if mesh.rim is None else mesh.rim.vertices
+    positions, _ = replace_outliers(mesh.positions, mesh.L, rim)
+    return estimate_level(positions, mesh.faces, mesh.L).scaled(mesh.exponent)
 
 
 @dataclass(frozen=True, eq=False)

@@ -40,6 +40,9 @@ class Change:
         Largest relative change of the size along a principal axis.
     edge : (c,) float64
         Change of the root mean square of the edges, relative.
+    offset : (c,) float64
+        How far the vertices would have to move along their normals to bring the volume back, in the units of positions;
+        0 of an open component.
     excessive : (c,) bool
         More than the noise explains.
     """
@@ -47,6 +50,7 @@ class Change:
     volume: Floats
     size: Floats
     edge: Floats
+    offset: Floats
     excessive: Booleans
 
     @property
@@ -91,7 +95,7 @@ def compare_shapes(
     at = np.zeros(len(X), dtype=np.int32) if labels is None else labels
     number = np.bincount(at, minlength=count).astype(np.float64)
     volume, area, edges_before = _over_faces(X, F, at, count)
-    after, _, edges_after = _over_faces(Y, F, at, count)
+    after, area_after, edges_after = _over_faces(Y, F, at, count)
     s2 = noise.level**2
     independent = number / (_CORRELATED_OVER if noise.kind == CORRELATED else 1.0)
     is_mask = noise.kind == QUANTISED
@@ -118,7 +122,8 @@ def compare_shapes(
 
     excessive |= np.abs(edges_before - edges_after) > ((1 + _SMALL_EDGE) ** 2 - 1) * edges_before + 9 * s2
     edge_change = np.sqrt(edges_after / np.maximum(edges_before, tiny)) - 1
-    return Change(volume_change, size_change, edge_change, excessive)
+    offset = np.where(has_volume, (volume - after) / np.maximum(area_after, tiny), 0.0)
+    return Change(volume_change, size_change, edge_change, offset, excessive)
 
 
 def _sums(X: Floats, at: npt.NDArray[np.integer], count: int) -> Floats:

@@ -102,6 +102,25 @@ def _mean_edges(X: Floats, F: Integers, labels: npt.NDArray[np.int32], count: in
     return np.asarray(np.bincount(face, weights=length, minlength=count) / np.bincount(face, minlength=count))
 
 
+def estimate_level(X: Floats, F: Integers, L: Laplacian) -> Noise:
+    """The noise that a surface is smoothed by, in the units of X: of the largest part that can be told anything of."""
+    count, labels = label_components(L)
+    parts = split(X, F, L, count, labels) if count > 1 else []
+    if len(parts) < 2:
+        sample = draw_sample(X, F, L)
+        return measure(sheet(X[sample.vertices], sample.faces)).noise
+    is_face = np.zeros(len(F), dtype=np.bool_)
+    found = []
+    for part in parts:
+        if not part.is_left_alone:
+            is_vertex = np.zeros(len(X), dtype=np.bool_)
+            is_vertex[part.vertices] = True
+            is_face[:] = False
+            is_face[part.faces] = True
+            found.append((_noise_of(X, F, is_vertex, is_face), len(part.vertices)))
+    return max(found, key=lambda pair: (not pair[0].is_left_alone, pair[1]))[0]
+
+
 def _noise_of(X: Floats, F: Integers, vertices: npt.NDArray[np.bool_], faces: npt.NDArray[np.bool_]) -> Noise:
     at = np.flatnonzero(vertices)
     place = np.cumsum(vertices, dtype=np.int32) - np.int32(1)

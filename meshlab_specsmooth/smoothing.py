@@ -19,11 +19,10 @@ from meshlab_specsmooth.graph.laplacian import Laplacian
 from meshlab_specsmooth.guard import Change as ShapeChange
 from meshlab_specsmooth.guard import compare_shapes
 from meshlab_specsmooth.memory import require
-from meshlab_specsmooth.noise import CORRELATED, IMPULSE, MOST_WEIGHT, UNCLEAR, Noise, nothing
+from meshlab_specsmooth.noise import CORRELATED, IMPULSE, MOST_WEIGHT, UNCLEAR, Noise, normals, nothing
 from meshlab_specsmooth.operators import LAPLACIANS, Gram, gram_of_barycenters, laplacian_of_kind
 from meshlab_specsmooth.outliers import describe_outliers, replace_outliers
 from meshlab_specsmooth.parts import Part, describe_left_alone, describe_levels, label_components, split
-from meshlab_specsmooth.patches import WHOLE
 from meshlab_specsmooth.reconstruction import Constraints, Solution, passed_on, solve
 from meshlab_specsmooth.region import BOUNDARIES, Rim, blend, rim, weights
 from meshlab_specsmooth.response import RESPONSES
@@ -55,6 +54,9 @@ _NEARLY_ALL = 0.9
 # A result out of proportion to the noise is tried again with a weight so many times as high, so often, before the input
 # is handed back
 _FIRMER, _RETRIES = 3.0, 2
+
+# Between long thin triangles a vertex that would move by more than so many noise levels is not moved
+_LOST_OVER = 8.0
 
 # A given weight that changes the volume or the size by more than this is warned of
 _WORTH_A_WARNING = 0.02
@@ -265,6 +267,8 @@ class Prepared:
         region = self._region(boundary, mask, 1.0 - kept)
         check_name("favor", favor, FAVORS)
         check_name("response", response, ("auto", *RESPONSES))
+        if len(self.moving) == 0:
+            return self._nowhere(response, barycenter_weight or MOST_WEIGHT, began)
         all_chosen = modes is wavelength is barycenter_weight is None
         responses = (response,) if response != "auto" else _CHOSEN_FROM if all_chosen else ("ideal",)
         response = responses[-1]
@@ -338,6 +342,8 @@ class Prepared:
         region = self._region(boundary, mask, 1.0 if features is None else self._weights("features", features))
 
         _check_weight(barycenter_weight)
+        if len(self.moving) == 0:
+            return self._nowhere(response, barycenter_weight, start)
 
         def band_pass(L: Laplacian, scale: float, seen: PassedOn) -> Design:
             return design_band(
@@ -377,6 +383,8 @@ class Prepared:
         """As :func:`low_pass`, without preparing anew."""
         start = time.perf_counter()
         designing, progress = self._shares(method, progress)
+        if len(self.moving) == 0:
+            return self._nowhere(response, 0.0, start)
         low_pass = self._design(modes, wavelength, response, method, counting, None, designing)
         displacement = low_pass.filter.apply(self.L, self.positions, progress) - self.positions
         if mask is not None:
@@ -400,11 +408,6 @@ class Prepared:
             if len(parts) > 1:
                 return self._smooth_parts(parts, automatic, mask, features, progress, began)
         boundary = automatic.given["boundary"]
-        held = find_uneven_vertices(self.positions, self.faces, self.L) if len(self.moving) <= WHOLE else None
-        if held is not None and held.any() and not held.all():
-            mask = self._mask_without(mask, held)
-        else:
-            held = None
         region = self._region(boundary, mask, 1.0)
         base, outliers = self._without_outliers(region)
         chosen = base._choose(automatic, mask)
@@ -420,8 +423,7 @@ class Prepared:
         if base is not self:
             displacement = self._displacement_of(result)
             displacement += base.positions - self.positions
-            vertices, rms = self._moved_by(displacement)
-            result = replace(result, vertices=vertices, displacement=rms)
+            result = self._with_displacement(result, displacement)
         unit = self.exponent
         result = replace(
             result,
@@ -432,8 +434,6 @@ class Prepared:
             seconds=time.perf_counter() - began,
         )
         result = _with_warning(result, describe_outliers(outliers))
-        if held is not None and not noise.is_left_alone:
-            result = _with_warning(result, f"{int(held.sum())} vertices between long thin triangles are left alone")
         return _with_warning(result, noise.warning)
 
     def _mask_without(self, mask: npt.ArrayLike | None, held: Booleans) -> Floats:
@@ -558,36 +558,78 @@ class Prepared:
         began: float,
     ) -> SmoothingResult:
         """With the chosen weight; higher, or not at all, where the shape changes by more than the noise explains."""
-        notes: list[str | None] = []
-        weight = chosen.choice.weight
-        excess: ShapeChange | None = None
-        for _ in range(_RETRIES + 1):
+        noise, weight, notes = chosen.choice.noise, chosen.choice.weight, []
+
+        def smooth_by(weight: float, mask: npt.ArrayLike | None, start: SmoothingResult | None) -> SmoothingResult:
             result = chosen.start.smooth(
                 **automatic.given,
                 response=chosen.choice.response,
                 barycenter_weight=weight,
                 mask=mask,
                 features=features,
-                start=start if excess is None else None,
+                start=start,
                 progress=rising(progress),
             )
-            result = self._from_start(result, chosen)
+            return self._from_start(result, chosen)
+
+        result = smooth_by(weight, mask, start)
+        lost = self._find_lost(self._displacement_of(result), noise)
+        if lost is not None:
+            mask = self._mask_without(mask, lost)
+            notes.append(f"{int(lost.sum())} vertices between long thin triangles are left alone")
+            result = smooth_by(weight, mask, None)
             displacement = self._displacement_of(result)
-            change = self._compare(displacement, count, labels, chosen.choice.noise)
+            displacement[lost] = 0.0  # where impulses were clipped before
+            result = self._with_displacement(result, displacement)
+        displacement = self._displacement_of(result)
+        change = first = self._compare(displacement, count, labels, noise)
+        for _ in range(_RETRIES):
             if not change.excessive.any():
                 break
-            excess, weight = change, weight * _FIRMER
-        else:
-            # what still changes too much is left alone, component by component
-            displacement[change.excessive[labels]] = 0.0
-            vertices, rms = self._moved_by(displacement)
-            result = replace(result, vertices=vertices, displacement=rms)
-        if excess is not None:
-            what = "a weaker result is" if not change.excessive.any() else "the input is"
-            if change.excessive.any() and count > 1:
+            held = self._hold_volume(displacement, change, labels, noise, mask)
+            if not self._compare(held, count, labels, noise).excessive.any():
+                notes.append(f"the volume was held, which smoothing would change ({change.describe()})")
+                return _with_warning(self._with_displacement(result, held), *notes)
+            weight *= _FIRMER
+            result = smooth_by(weight, mask, None)
+            displacement = self._displacement_of(result)
+            change = self._compare(displacement, count, labels, noise)
+        if first.excessive.any():
+            what = "a weaker result is"
+            if change.excessive.any():  # what still changes too much is left alone, component by component
+                displacement[change.excessive[labels]] = 0.0
+                result = self._with_displacement(result, displacement)
                 what = f"of {int(change.excessive.sum())} of {count} components the input is"
-            notes.append(excess.describe_replaced(what))
+            notes.append(first.describe_replaced("the input is" if change.excessive.all() else what))
         return _with_warning(result, *notes)
+
+    def _find_lost(self, displacement: Floats, noise: Noise) -> Booleans | None:
+        """(k,) vertices between long thin triangles that would move by more than any noise of that level explains."""
+        far = np.einsum("ij,ij->i", displacement, displacement) > (_LOST_OVER * noise.level) ** 2
+        if not far.any():
+            return None
+        far &= find_uneven_vertices(self.positions, self.faces, self.L)
+        return far if far.any() else None
+
+    def _hold_volume(
+        self,
+        displacement: Floats,
+        change: ShapeChange,
+        labels: npt.NDArray[np.int32],
+        noise: Noise,
+        mask: npt.ArrayLike | None,
+    ) -> Floats:
+        """The displacement with components moved along their normals to the volume they had, where a level suffices."""
+        step = np.where(np.abs(change.offset) <= noise.level, change.offset, 0.0)[labels]
+        along = step[:, None] * normals(self.positions + displacement, self.faces)
+        if mask is not None:
+            along *= self._weights("mask", mask)
+        return displacement + along
+
+    def _with_displacement(self, result: SmoothingResult, displacement: Floats) -> SmoothingResult:
+        """The result with another displacement of the moving vertices, which is written over."""
+        vertices, rms = self._moved_by(displacement)
+        return replace(result, vertices=vertices, displacement=rms)
 
     def _compare(self, displacement: Floats, count: int, labels: npt.NDArray[np.int32], noise: Noise) -> ShapeChange:
         """What a displacement changes of each component's shape, and whether the noise explains it."""
@@ -610,8 +652,34 @@ class Prepared:
         displacement = self._displacement_of(result)
         displacement += chosen.start.positions - self.positions
         displacement = without_drift(displacement, self.positions, self.faces, chosen.choice.noise)
-        vertices, rms = self._moved_by(displacement)
-        return replace(result, vertices=vertices, displacement=rms)
+        return self._with_displacement(result, displacement)
+
+    def _nowhere(self, response: str, weight: float, began: float) -> SmoothingResult:
+        """For a mesh without an edge: all of its vertices stay."""
+        return SmoothingResult(
+            vertices=self.surface.vertices.copy(),
+            cutoff=2.0,
+            modes=0.0,
+            modes_error=0.0,
+            wavelength=0.0,
+            mean_edge=0.0,
+            response=response,
+            laplacian=self.kind,
+            method="exact",
+            barycenter_weight=weight,
+            passes=1,
+            degree=0,
+            response_error=0.0,
+            iterations=(),
+            residual=0.0,
+            displacement=0.0,
+            kernels=self.L.kernels.name,
+            seconds=time.perf_counter() - began,
+            noise=nothing(0.0),
+            estimated_error=0.0,
+            warning=_joined(*self.doubts),
+            welded=self.welded,
+        )
 
     def _unchanged(self, automatic: _Automatic, choice: Choice, base: Prepared, began: float) -> SmoothingResult:
         """The surface as it is, with what the filter would have been."""
@@ -816,7 +884,7 @@ class Prepared:
             displacement=rms,
             kernels=self.L.kernels.name,
             seconds=time.perf_counter() - start,
-            warning="; ".join(self.doubts) or None,
+            warning=_joined(*self.doubts),
             welded=self.welded,
         )
 
@@ -1225,7 +1293,11 @@ def _passed_on_by_a_curve(weight: float) -> PassedOn:
 
 def _with_warning(result: SmoothingResult, *warnings: str | None) -> SmoothingResult:
     """The result with more to be said."""
-    return replace(result, warning="; ".join(filter(None, (result.warning, *warnings))) or None)
+    return replace(result, warning=_joined(result.warning, *warnings))
+
+
+def _joined(*warnings: str | None) -> str | None:
+    return "; ".join(filter(None, warnings)) or None
 
 
 def _warning_of(low_pass: Design, vertex_count: int) -> str | None:

@@ -10,11 +10,15 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from meshlab_specsmooth.compare.competitors import Competitor
-from meshlab_specsmooth.noise import CORRELATED, IMPULSE, NONE, Noise
+from meshlab_specsmooth.noise import CORRELATED, IMPULSE, NONE, UNCLEAR, Noise
 from meshlab_specsmooth.surface import Floats, Surface
 
 # Kinds of noise that the estimate is not made for, in words
-_BEYOND = {IMPULSE: "a few vertices are far off", CORRELATED: "neighbouring vertices share this noise"}
+_BEYOND = {
+    IMPULSE: "a few vertices are far off",
+    CORRELATED: "neighbouring vertices share this noise",
+    UNCLEAR: "noise cannot be told from shape on these triangles",
+}
 
 # Two estimates that differ by less than so many standard errors, or by less than this share, are level
 _SURELY, _ALIKE = 2.0, 0.01
@@ -380,6 +384,8 @@ def _by_truth(row: Row) -> float:
 def _reasons(found: Comparison) -> Iterable[str]:
     if found.noise.kind == NONE:
         yield f"The noise measured is {found.noise.level / found.edge:.3f} mean edges, less than a fiftieth."
+    elif found.noise.kind == UNCLEAR and found.closest is None:
+        yield f"{str(found.noise.reason).capitalize()}, so no error can be estimated. Look at the surfaces."
     elif found.trusted:
         yield from _by_estimate(found)
     else:

@@ -31,11 +31,9 @@ from meshlab_specsmooth.memory import require
 from meshlab_specsmooth.noise import IMPULSE, MOST_WEIGHT, UNCLEAR, Noise, measure, nothing
 from meshlab_specsmooth.outliers import describe_outliers, replace_outliers
 from meshlab_specsmooth.parts import Part, describe_left_alone, describe_levels, label_components, split
-from meshlab_specsmooth.patches import WHOLE
 from meshlab_specsmooth.smoothing import describe_unused, find_corners, with_sides
 from meshlab_specsmooth.spectral.progress import Progress, part
-from meshlab_specsmooth.surface import Booleans, Floats, Integers, Surface
-from meshlab_specsmooth.triangles import find_uneven_vertices
+from meshlab_specsmooth.surface import Floats, Integers, Surface
 from meshlab_specsmooth.welding import find_copies
 
 # Where a call stands when the operators are made, and when the setting is chosen
@@ -146,10 +144,8 @@ def _denoise_mesh(
 ) -> EdgeAwareResult:
     """Choice, filter and what is held afterwards, for a mesh in units of its mean edge; so is the result."""
     is_automatic, given_mesh = fixed == Fixed(), mesh
-    outliers, held = np.empty(0, dtype=np.int64), None
+    outliers = np.empty(0, dtype=np.int64)
     if is_automatic:
-        held = _uneven(mesh)
-        region = region if held is None else region.without(held)
         mesh, outliers = _without_outliers(mesh, region)
     field = region.field(mesh.F, len(mesh.V))
     report = progress or (lambda _: None)
@@ -211,7 +207,6 @@ def _denoise_mesh(
         kernels=mesh.kernels.name,
         warning=_joined(
             describe_outliers(outliers),
-            None if held is None else f"{int(held.sum())} vertices between long thin triangles are left alone",
             note,
             noise.warning,
         ),
@@ -232,16 +227,6 @@ def _apply(mesh: Mesh, setting: Setting, favor: str, level: float, progress: Pro
     Y, flips = without_flips(mesh, Y, smoothed)
     volume = 0.0 if mesh.rim.any() else volume_of(mesh, X)
     return (with_volume(mesh, Y, volume, level) if volume else Y), flips
-
-
-def _uneven(mesh: Mesh) -> Booleans | None:
-    """Vertices between triangles that say nothing of noise; None where there are none, or nothing else."""
-    if len(mesh.V) > WHOLE:
-        return None
-    prepared = mesh.isotropic
-    uneven = np.zeros(len(mesh.V), dtype=np.bool_)
-    uneven[prepared.moving] = find_uneven_vertices(prepared.positions, prepared.faces, prepared.L)
-    return uneven if uneven.any() and not uneven.all() else None
 
 
 def _within_reason(

@@ -57,11 +57,6 @@ class Region:
             creases = creases[creases[:, 0] != creases[:, 1]]
         return Region(self.boundary, inside, kept, creases, self.angle)
 
-    def without(self, held: Booleans) -> Region:
-        """The same, but some vertices must not move."""
-        inside = ~held if self.inside is None else self.inside & ~held
-        return Region(self.boundary, inside, self.kept, self.creases, self.angle)
-
     def field(self, F: Integers, n: int) -> Floats | None:
         """(n,) the share of its displacement that each vertex makes; None where all make all of it."""
         if self.inside is None and self.kept is None:
