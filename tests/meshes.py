@@ -17,6 +17,8 @@ TETRAHEDRON: Mesh = (
     np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]),
     np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]),
 )
+# eigenvalues of the uniform Laplacian of a tetrahedron
+TETRAHEDRON_SPECTRUM = np.array([0, 4 / 3, 4 / 3, 4 / 3])
 
 
 def torus_graph(nx: int, ny: int) -> npt.NDArray[np.int64]:
@@ -37,6 +39,12 @@ def torus_eigenvalue(p: int, q: int, nx: int, ny: int) -> float:
     """Eigenvalue of the wave exp(i (a x + b y)), a = 2 pi p / nx, b = 2 pi q / ny, on :func:`torus_graph`."""
     a, b = 2 * np.pi * p / nx, 2 * np.pi * q / ny
     return float(1 - (np.cos(a) + np.cos(b) + np.cos(a + b)) / 3)
+
+
+def torus_spectrum(nx: int, ny: int) -> npt.NDArray[np.float64]:
+    """All eigenvalues on :func:`torus_graph`, in ascending order."""
+    a, b = 2 * np.pi * np.arange(nx)[:, None] / nx, 2 * np.pi * np.arange(ny) / ny
+    return np.sort((1 - (np.cos(a) + np.cos(b) + np.cos(a + b)) / 3).ravel())
 
 
 def wave(p: int, q: int, nx: int, ny: int) -> npt.NDArray[np.float64]:

@@ -249,8 +249,9 @@ def test_a_wrong_noise_level_is_part_of_the_uncertainty(found):
     assert tight["behind"] > 2 * tight["behind_uncertainty"] > 0
 
 
+@pytest.mark.no_cover
 def test_filters_that_choose_are_held_at_every_strength():
-    compared = mss.compare(rough(torus(40, 24)), filters=["edge-aware"])
+    compared = mss.compare(rough(torus(16, 10)), filters=["edge-aware"])
     (curve,) = compared.curves
     assert all("estimated_error" in point.values for point in curve.points)
 
@@ -326,10 +327,10 @@ def test_large_meshes_are_swept_on_a_part(monkeypatch):
 
 
 def test_larger_ones_run_once_and_say_what_is_left_out(monkeypatch):
-    for name, limit in (("_WHOLE", 1000), ("_ONCE", 2000), ("_SAMPLE", 6000)):
+    for name, limit in (("_WHOLE", 1000), ("_ONCE", 2000), ("_SAMPLE", 4000)):
         monkeypatch.setattr(experiment, name, limit)
-    clean = mss.Surface(*torus(120, 80))
-    compared = experiment.experiment(clean, added=0.2, filters=["taubin", "hc", "automatic"])
+    clean = mss.Surface(*torus(90, 60))
+    compared = experiment.experiment(clean, added=0.2, filters=["taubin", "automatic"])
     assert compared.once
     assert compared.probes == 1
     for row in compared.rows:
