@@ -215,6 +215,7 @@ def test_estimated_errors_are_near_the_true_ones_and_rank_alike(found):
     assert found.best.behind == 0
 
 
+@pytest.mark.no_cover
 def test_noise_that_no_estimate_is_made_for_has_no_winner_but_by_the_truth():
     V, F = torus(120, 80)
     ruler = Ruler.of(mss.Surface(V, F), mss.Surface(V, F))
@@ -260,7 +261,8 @@ def test_strengths_remove_more_and_more_noise(found):
     for curve in found.curves:
         removed = [point.values["noise_removed"] for point in curve.points]
         assert len(removed) > 2
-        assert removed[-1] > removed[0]
+        assert (np.diff(removed) > -0.1).all()  # percent; what is left when nearly all is gone scatters
+        assert 0 < removed[0] < 95 < removed[-1] <= 100
     curve, point = found.tuned[0]
     assert point in curve.points
 

@@ -11,24 +11,7 @@ from meshlab_specsmooth.compare.metrics import normal_error, vertex_error, volum
 from meshlab_specsmooth.edge_aware import mesh as mesh_of_edges
 from meshlab_specsmooth.edge_aware import pieces
 from meshlab_specsmooth.graph import faces, faces_compiled
-from tests.meshes import flaws, meshes, rough, sheet, torus
-
-
-def box(n=12):
-    """A cube with n squares along each edge, closed, each square cut in two."""
-    grid = np.stack(np.meshgrid(*[np.arange(n + 1)] * 2, indexing="ij"), axis=-1).reshape(-1, 2)
-    a = (np.arange(n)[:, None] * (n + 1) + np.arange(n)).ravel()
-    F = np.concatenate([np.stack([a, a + n + 1, a + n + 2], axis=1), np.stack([a, a + n + 2, a + 1], axis=1)])
-    vertices, sides = [], []
-    for axis in range(3):
-        for end in (0, n):
-            V = np.insert(grid, axis, end, axis=1)
-            outwards = (axis != 1) == (end == n)
-            sides.append((F if outwards else F[:, ::-1]) + sum(map(len, vertices)))
-            vertices.append(V)
-    V, inverse = np.unique(np.concatenate(vertices), axis=0, return_inverse=True)
-    return V.astype(float), inverse.ravel()[np.concatenate(sides)]
-
+from tests.meshes import box, flaws, meshes, rough, sheet, torus
 
 BOX = box()
 NOISY = rough(BOX, 0.2, seed=1)
@@ -85,10 +68,17 @@ def test_the_choice_is_the_best_of_what_was_considered(smoothed):
 
 def test_the_error_is_estimated_well(smoothed):
     V, F = BOX
-    flat = np.ptp(mss.surface.vertex_normals(mss.Surface(V, F)), axis=1) > 0.99  # inside the sides
-    along = mss.surface.vertex_normals(mss.Surface(V, F))[flat]
-    true = np.sqrt((((smoothed.vertices - V)[flat] * along).sum(axis=1) ** 2).mean())
-    assert smoothed.error < 4 * max(true, 0.02)
+    normals = mss.surface.vertex_normals(mss.Surface(V, F))
+    errors = []
+    for row in smoothed.considered[::-19]:
+        off = mss.smooth_edge_aware(*NOISY, **vars(row.setting)).vertices - V
+        errors.append((row.error, np.sqrt(((off * normals).sum(axis=1) ** 2).mean())))
+    estimated, true = np.square(errors).T
+    # mean squares are what is estimated, and they cannot be told apart by less than the resolution
+    close = 2 * smoothed.noise.resolution**2
+    assert estimated == pytest.approx(true, abs=close)
+    assert true.max() > 2 * close
+    assert true.min() < 0.2 * close
     assert smoothed.noise.level == pytest.approx(0.2 * mss.surface.mean_edge_length(mss.Surface(V, F)), rel=0.15)
 
 
@@ -148,6 +138,7 @@ def test_follows_the_choice_at_any_scale():
     assert apart(scaled.vertices, one.vertices * 1e6) < 1e-7 * np.ptp(SMALL[0]) * 1e6
 
 
+@pytest.mark.no_cover
 def test_follows_permutations():
     V, F = NOISY
     rng = np.random.default_rng(4)
@@ -189,6 +180,7 @@ def test_a_smooth_surface_is_no_worse_than_from_the_isotropic_filter():
     assert vertex_error(mss.Surface(result.vertices, F), truth) < 1.05 * vertex_error(mss.Surface(isotropic, F), truth)
 
 
+@pytest.mark.no_cover
 def test_impulses_are_recognised():
     V, F = box(20)
     rng = np.random.default_rng(0)
@@ -198,6 +190,7 @@ def test_impulses_are_recognised():
     assert normal_error(mss.Surface(result.vertices, F), mss.Surface(V, F)) < 6
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize("name", flaws(rough(sheet())))
 def test_flawed_meshes(name):
     V, F = flaws(rough(sheet()))[name]
@@ -338,6 +331,7 @@ def test_without_the_extra_the_result_is_the_same(monkeypatch):
     assert apart(with_it.vertices, without.vertices) < 1e-9 * np.ptp(NOISY[0])
 
 
+@pytest.mark.no_cover
 def test_far_impulses_are_drawn_in_where_they_would_mislead():
     V, F = torus(60, 40)
     edge = mss.surface.mean_edge_length(mss.Surface(V, F))

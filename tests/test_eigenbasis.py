@@ -61,6 +61,7 @@ def known(name):
     return SPECTRA[name]() if name in SPECTRA else np.linalg.eigvalsh(twin(name).toarray())
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize("name", MESHES)
 @pytest.mark.parametrize("count", [1, 2, 39, 240])
 def test_the_basis_is_that_of_the_dense_solver_with_no_eigenvalue_missed(name, count):

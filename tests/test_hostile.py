@@ -239,6 +239,7 @@ for source, target, most in json.loads(sys.argv[1]):
 """
 
 
+@pytest.mark.no_cover
 @pytest.mark.skipif(sys.platform == "win32", reason="limits of POSIX")
 def test_a_full_disk_leaves_the_old_file(tmp_path, untraced):
     source = tmp_path / "in.ply"

@@ -50,6 +50,7 @@ def nothing_held(n):
     return Constraints(np.ones((n, 1)), np.ones((n, 1)), np.zeros((n, 3)))
 
 
+@pytest.mark.no_cover
 @EVERY_MESH
 @EVERY_WEIGHT
 @pytest.mark.parametrize("kind", ["uniform", "cotangent"])
