@@ -17,6 +17,17 @@ def untraced(monkeypatch):
         monkeypatch.delenv(name)
 
 
+@pytest.fixture(autouse=True)
+def _processes_of_tests_without_coverage(request):
+    """Where coverage stands still for a test (``no_cover``), it does so in the processes that the test starts, too.
+
+    Tracing doubles the time of a test; those that run what others have covered go without. What the report says of
+    the lines is then at most too little.
+    """
+    if request.node.get_closest_marker("no_cover"):
+        request.getfixturevalue("untraced")
+
+
 @pytest.fixture
 def laden():
     """A MeshSet in which the current mesh carries all that a mesh can, between two others."""

@@ -6,9 +6,10 @@ import pytest
 import meshlab_specsmooth as mss
 from meshlab_specsmooth import automatic
 from meshlab_specsmooth.surface import face_vectors, vertex_normals
-from tests.meshes import sheet, torus
-from tests.test_noise import BOX, NORMALS, TORUS, edge_of, impulses, kinds, noisy
+from tests.meshes import edge_of, impulses, kinds_of_noise, noisy, remeshed_box, sheet, torus
 
+TORUS, BOX = torus(80, 40), remeshed_box()
+NORMALS = vertex_normals(mss.Surface(*TORUS))
 WEIGHTS = (3.0, 1.5, 1.0, 0.7, 0.5, 0.35, 0.25, 0.18, 0.12, 0.08, 0.05, 0.03)
 BOTH = pytest.mark.parametrize("clean", [TORUS, BOX], ids=["torus", "box"])
 
@@ -26,6 +27,7 @@ def turned(vertices, clean):
     return np.degrees(np.arccos(np.clip(cosine, -1, 1))).mean()
 
 
+@pytest.mark.no_cover
 @BOTH
 @pytest.mark.parametrize("level", [0.05, 0.2, 0.5])
 def test_the_choice_is_nearly_the_best(clean, level):
@@ -39,12 +41,15 @@ def test_the_choice_is_nearly_the_best(clean, level):
     assert estimated == pytest.approx(across(result.vertices, clean), rel=0.35, abs=0.11 * level)
 
 
-@BOTH
-def test_normals_get_better_than_with_the_choice_for_positions(clean):
-    V, F = noisy(clean, 0.3)
-    position, normals = (mss.smooth(V, F, favor=favor) for favor in automatic.FAVORS)
-    assert normals.response != position.response or normals.barycenter_weight <= position.barycenter_weight
-    assert turned(normals.vertices, clean) < 1.02 * turned(position.vertices, clean)
+def test_normals_get_better_than_with_the_choice_for_positions():
+    V, F = noisy(BOX, 0.1)
+    position, normals = (mss.smooth(V, F, favor=favor).vertices for favor in automatic.FAVORS)
+    assert 0.9 < turned(normals, BOX) / turned(position, BOX) < 0.98
+    assert 1.05 < across(normals, BOX) / across(position, BOX) < 1.25  # which is what it costs
+    # where all is smooth there is nothing to gain, nor to lose
+    V, F = noisy(TORUS, 0.1)
+    position, normals = (mss.smooth(V, F, favor=favor).vertices for favor in automatic.FAVORS)
+    assert turned(normals, TORUS) == pytest.approx(turned(position, TORUS), rel=0.02)
 
 
 @BOTH
@@ -66,8 +71,9 @@ def test_impulses_are_drawn_in_first():
     assert result.displacement == pytest.approx(np.sqrt(((result.vertices - rough) ** 2).sum(axis=1).mean()))
 
 
+@pytest.mark.no_cover
 def test_what_cannot_be_told_is_said():
-    for kind, V in kinds():
+    for kind, V in kinds_of_noise(TORUS):
         result = mss.smooth(V, TORUS[1])
         assert (result.warning is not None) == (kind == "correlated")
         assert across(result.vertices, TORUS) < 0.8 * across(V, TORUS)
@@ -83,6 +89,7 @@ def correlated_sheet():
     return V + [0, 0, 0.3] * (field[:, :1] / field[:, :1].std()), F, V
 
 
+@pytest.mark.no_cover
 def test_a_rim_moves_across_the_surface_where_neighbours_share_the_noise():
     V, F, clean = correlated_sheet()
     result, held = mss.smooth(V, F), mss.smooth(V, F, boundary="fixed")
@@ -107,6 +114,7 @@ def test_large_meshes_are_judged_by_patches(monkeypatch):
     assert across(patches.vertices, BOX) < 1.1 * across(whole.vertices, BOX)
 
 
+@pytest.mark.no_cover
 def test_the_choice_scales_and_repeats_to_the_bit():
     V, F = noisy(TORUS, 0.2)
     one, again, scaled = mss.smooth(V, F), mss.smooth(V, F), mss.smooth(V * 2.0**20, F)

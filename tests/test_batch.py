@@ -126,6 +126,7 @@ def test_a_damaged_mesh_is_a_line_and_an_exit_code(tmp_path, capsys):
 
 
 @posix
+@pytest.mark.no_cover
 def test_a_mesh_that_takes_its_process_down_costs_no_other(tmp_path, monkeypatch):
     monkeypatch.setattr(local, "COMMAND", (sys.executable, "-c", DYING))
     inputs = scans(tmp_path / "in", 3)
@@ -292,8 +293,13 @@ worker.serve(greedy)
     assert [outcome.reason for outcome in batch(inputs, tmp_path / "out").outcomes] == ["memory ran out"]
 
 
+# a weight that is given leaves little to compute, and several passes make it last long enough to be interrupted
+LONG = {"passes": 5, "barycenter_weight": 0.3}
+
+
 def command(*arguments):
-    return [sys.executable, "-m", "meshlab_specsmooth", "batch", *map(str, arguments), "--no-pictures"]
+    given = [word for name, value in LONG.items() for word in ("--" + name.replace("_", "-"), value)]
+    return [sys.executable, "-m", "meshlab_specsmooth", "batch", *map(str, [*arguments, *given]), "--no-pictures"]
 
 
 def until(condition, seconds=300):
@@ -317,11 +323,12 @@ def assert_nothing_looks_finished_that_is_not(out):
 
 
 @posix
+@pytest.mark.no_cover
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
-def test_a_run_that_is_killed_is_gone_on_with(tmp_path, monkeypatch, untraced, number):
+def test_a_run_that_is_killed_is_gone_on_with(tmp_path, monkeypatch, number):
     inputs, out = scans(tmp_path / "in", 6, (60, 50)), tmp_path / "out"
     with subprocess.Popen(
-        command(inputs, "--out", out, "--workers", 2, "--passes", 5), stdout=subprocess.PIPE, stderr=subprocess.PIPE
+        command(inputs, "--out", out, "--workers", 2), stdout=subprocess.PIPE, stderr=subprocess.PIPE
     ) as process:
         until(lambda: len(records(out)) >= 2)
         process.send_signal(number)
@@ -335,12 +342,12 @@ def test_a_run_that_is_killed_is_gone_on_with(tmp_path, monkeypatch, untraced, n
         counts = json.loads((out / "summary.json").read_text())["counts"]
         assert counts["done"] + counts["not run"] == 6
     monkeypatch.setattr(local, "outcomes", lambda jobs, workers, time_limit: (work.run(job) for job, _ in jobs))
-    again = batch(inputs, out, passes=5)
+    again = batch(inputs, out, **LONG)
     assert again.is_complete
     assert again.counts["skipped"] >= len(finished)
     assert all(Path(name).stat().st_mtime_ns == then for name, then in finished.items())
     assert not list(out.glob(".specsmooth-*"))
-    fresh = batch(inputs, tmp_path / "fresh", passes=5)
+    fresh = batch(inputs, tmp_path / "fresh", **LONG)
     assert fresh.is_complete
     assert outputs(out) == outputs(tmp_path / "fresh")
 
@@ -382,29 +389,7 @@ def dask(folder, count, **environment):
             process.wait()
 
 
-@posix
-def test_a_cluster_gives_the_same_bits_though_a_worker_is_killed(tmp_path):
-    inputs = scans(tmp_path / "in", 6, (60, 50))
-    (inputs / "damaged.ply").write_text("ply\n")
-    out, here = tmp_path / "cluster", tmp_path / "local"
-    with dask(tmp_path, 2) as (address, workers):
-        given = command(inputs, "--out", out, "--passes", 3, "--scheduler", address)
-        with subprocess.Popen(given, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
-            until(lambda: len(records(out)) >= 2)
-            workers[0].kill()
-            printed, error = process.communicate()
-    assert process.returncode == 1
-    assert "1 of 7 meshes failed" in error
-    lines = printed.splitlines()
-    # a record may be there while its worker dies before it can say so: then it is found by the other one
-    assert sum(line.startswith(("done", "skipped")) for line in lines) == 6
-    assert {Path(line.split(": ")[0]).name for line in lines if line.startswith("failed")} == {"damaged.ply"}
-    assert batch(inputs, here, passes=3).counts == {"done": 6, "failed": 1}
-    assert outputs(out) == outputs(here)
-    assert batch(inputs, out, passes=3).counts == {"skipped": 6, "failed": 1}
-
-
-# what the workers of a cluster run instead: their processes die of meshes that are called so, or they do
+# what the workers of a cluster may run instead: their processes die of meshes that are called so, or they do
 FATAL = f"""
 import os, sys
 from meshlab_specsmooth.batch import cluster, local
@@ -417,20 +402,54 @@ def run_or_die(job, size, time_limit):
 """
 
 
+@pytest.fixture(scope="module")
+def four_workers(tmp_path_factory):
+    """One cluster for all tests, as its processes take seconds to start; its address, its workers, and its folder."""
+    folder = tmp_path_factory.mktemp("dask")
+    (folder / "fatal_jobs.py").write_text(FATAL)
+    # with this setting Dask gives up all that a worker had which died
+    environment = {"DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "0", "PYTHONPATH": str(folder)}
+    with dask(folder, 4, **environment) as (address, workers):
+        yield address, workers, folder
+
+
 @posix
-def test_on_a_cluster_a_mesh_that_kills_its_process_or_its_worker_costs_no_other(tmp_path, monkeypatch):
+@pytest.mark.no_cover
+def test_a_cluster_gives_the_same_bits_though_a_worker_is_killed(tmp_path, four_workers):
+    inputs = scans(tmp_path / "in", 4)
+    (inputs / "damaged.ply").write_text("ply\n")
+    out, here = tmp_path / "cluster", tmp_path / "local"
+    address, workers, _ = four_workers
+    given = command(inputs, "--out", out, "--scheduler", address)
+    with subprocess.Popen(given, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        until(lambda: records(out))
+        workers[0].kill()
+        printed, error = process.communicate()
+    workers[0].wait()
+    assert process.returncode == 1
+    assert "1 of 5 meshes failed" in error
+    lines = printed.splitlines()
+    # a record may be there while its worker dies before it can say so: then it is found by the other one
+    assert sum(line.startswith(("done", "skipped")) for line in lines) == 4
+    assert {Path(line.split(": ")[0]).name for line in lines if line.startswith("failed")} == {"damaged.ply"}
+    assert batch(inputs, here, **LONG).counts == {"done": 4, "failed": 1}
+    assert outputs(out) == outputs(here)
+    assert batch(inputs, out, **LONG).counts == {"skipped": 4, "failed": 1}
+
+
+@posix
+@pytest.mark.no_cover
+def test_on_a_cluster_a_mesh_that_kills_its_process_or_its_worker_costs_no_other(tmp_path, monkeypatch, four_workers):
     inputs, out = scans(tmp_path / "in", 2), tmp_path / "out"
     for path in (inputs / "killed.ply", inputs / "kills its worker.ply", tmp_path / "endless.ply"):
         shutil.copy(inputs / "scan0.ply", path)
-    (tmp_path / "fatal_jobs.py").write_text(FATAL)
-    monkeypatch.syspath_prepend(tmp_path)
+    address, workers, folder = four_workers
+    monkeypatch.syspath_prepend(folder)
     monkeypatch.setattr(cluster, "run_there", importlib.import_module("fatal_jobs").run_or_die)
-    # with this setting Dask gives up all that a worker had which died
-    environment = {"DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "0", "PYTHONPATH": str(tmp_path)}
-    with dask(tmp_path, 3, **environment) as (address, workers):
-        summary = batch(inputs, out, scheduler=address)
-        late = batch(tmp_path / "endless.ply", out, scheduler=address, time_limit=1.0)
-        assert sum(worker.poll() is not None for worker in workers) == 2  # it was tried twice
+    alive = [worker for worker in workers if worker.poll() is None]
+    summary = batch(inputs, out, scheduler=address)
+    late = batch(tmp_path / "endless.ply", out, scheduler=address, time_limit=1.0)
+    assert sum(worker.poll() is not None for worker in alive) == 2  # it was tried twice
     assert statuses(summary) == {
         "scan0": "done",
         "scan1": "done",
@@ -443,6 +462,7 @@ def test_on_a_cluster_a_mesh_that_kills_its_process_or_its_worker_costs_no_other
     assert [outcome.reason for outcome in late.outcomes] == ["given up after 1 s"]
 
 
+@pytest.mark.no_cover
 def test_no_cluster_is_one_line(tmp_path, monkeypatch, capsys):
     inputs = scans(tmp_path / "in", 1)
     arguments = ["batch", str(inputs), "--out", str(tmp_path / "out"), "--scheduler", "tcp://127.0.0.1:1"]

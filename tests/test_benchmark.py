@@ -9,6 +9,7 @@ import pytest
 SCRIPT = Path(__file__).parent.parent / "scripts" / "benchmark_speed.py"
 
 
+@pytest.mark.no_cover
 @pytest.mark.skipif(not (SCRIPT.parent.parent / ".venv").exists(), reason="the script would make an environment first")
 def test_the_benchmark_measures_and_says_what_was_missed(tmp_path):
     measures = ["sweep", "slider", "basis"]

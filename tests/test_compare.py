@@ -215,6 +215,7 @@ def test_estimated_errors_are_near_the_true_ones_and_rank_alike(found):
     assert found.best.behind == 0
 
 
+@pytest.mark.no_cover
 def test_noise_that_no_estimate_is_made_for_has_no_winner_but_by_the_truth():
     V, F = torus(120, 80)
     ruler = Ruler.of(mss.Surface(V, F), mss.Surface(V, F))
@@ -249,8 +250,9 @@ def test_a_wrong_noise_level_is_part_of_the_uncertainty(found):
     assert tight["behind"] > 2 * tight["behind_uncertainty"] > 0
 
 
+@pytest.mark.no_cover
 def test_filters_that_choose_are_held_at_every_strength():
-    compared = mss.compare(rough(torus(40, 24)), filters=["edge-aware"])
+    compared = mss.compare(rough(torus(16, 10)), filters=["edge-aware"])
     (curve,) = compared.curves
     assert all("estimated_error" in point.values for point in curve.points)
 
@@ -259,7 +261,8 @@ def test_strengths_remove_more_and_more_noise(found):
     for curve in found.curves:
         removed = [point.values["noise_removed"] for point in curve.points]
         assert len(removed) > 2
-        assert removed[-1] > removed[0]
+        assert (np.diff(removed) > -0.1).all()  # percent; what is left when nearly all is gone scatters
+        assert 0 < removed[0] < 95 < removed[-1] <= 100
     curve, point = found.tuned[0]
     assert point in curve.points
 
@@ -326,10 +329,10 @@ def test_large_meshes_are_swept_on_a_part(monkeypatch):
 
 
 def test_larger_ones_run_once_and_say_what_is_left_out(monkeypatch):
-    for name, limit in (("_WHOLE", 1000), ("_ONCE", 2000), ("_SAMPLE", 6000)):
+    for name, limit in (("_WHOLE", 1000), ("_ONCE", 2000), ("_SAMPLE", 4000)):
         monkeypatch.setattr(experiment, name, limit)
-    clean = mss.Surface(*torus(120, 80))
-    compared = experiment.experiment(clean, added=0.2, filters=["taubin", "hc", "automatic"])
+    clean = mss.Surface(*torus(90, 60))
+    compared = experiment.experiment(clean, added=0.2, filters=["taubin", "automatic"])
     assert compared.once
     assert compared.probes == 1
     for row in compared.rows:

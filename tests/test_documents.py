@@ -5,6 +5,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parent.parent
 
 
@@ -16,6 +18,7 @@ def test_the_page_of_filters_is_that_of_the_descriptors(monkeypatch):
     assert (ROOT / "docs" / "filters.md").read_text(encoding="utf-8") == page, "run scripts/make_docs.py"
 
 
+@pytest.mark.no_cover
 def test_the_session_script_replays_itself_and_is_closer_than_the_built_ins(tmp_path):
     command = [sys.executable, ROOT / "scripts" / "pymeshlab_session.py", "--out", tmp_path]
     done = subprocess.run(command, capture_output=True, text=True, check=True)

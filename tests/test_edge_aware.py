@@ -11,27 +11,12 @@ from meshlab_specsmooth.compare.metrics import normal_error, vertex_error, volum
 from meshlab_specsmooth.edge_aware import mesh as mesh_of_edges
 from meshlab_specsmooth.edge_aware import pieces
 from meshlab_specsmooth.graph import faces, faces_compiled
-from tests.meshes import flaws, meshes, rough, sheet, torus
-
-
-def box(n=12):
-    """A cube with n squares along each edge, closed, each square cut in two."""
-    grid = np.stack(np.meshgrid(*[np.arange(n + 1)] * 2, indexing="ij"), axis=-1).reshape(-1, 2)
-    a = (np.arange(n)[:, None] * (n + 1) + np.arange(n)).ravel()
-    F = np.concatenate([np.stack([a, a + n + 1, a + n + 2], axis=1), np.stack([a, a + n + 2, a + 1], axis=1)])
-    vertices, sides = [], []
-    for axis in range(3):
-        for end in (0, n):
-            V = np.insert(grid, axis, end, axis=1)
-            outwards = (axis != 1) == (end == n)
-            sides.append((F if outwards else F[:, ::-1]) + sum(map(len, vertices)))
-            vertices.append(V)
-    V, inverse = np.unique(np.concatenate(vertices), axis=0, return_inverse=True)
-    return V.astype(float), inverse.ravel()[np.concatenate(sides)]
-
+from tests.meshes import box, flaws, meshes, rough, sheet, torus
 
 BOX = box()
 NOISY = rough(BOX, 0.2, seed=1)
+# where it is no matter how well the search does
+SMALL = rough(box(6), 0.2, seed=1)
 
 
 @pytest.fixture(scope="module")
@@ -49,6 +34,7 @@ def test_box_is_closed_and_looks_outwards():
     assert mss.surface.signed_volume(surface) == pytest.approx(12**3)
 
 
+@pytest.mark.no_cover
 def test_normals_of_a_cube_come_back_better_than_from_any_isotropic_filter(smoothed):
     truth = mss.Surface(*BOX)
     best = min(
@@ -82,19 +68,28 @@ def test_the_choice_is_the_best_of_what_was_considered(smoothed):
 
 def test_the_error_is_estimated_well(smoothed):
     V, F = BOX
-    flat = np.ptp(mss.surface.vertex_normals(mss.Surface(V, F)), axis=1) > 0.99  # inside the sides
-    along = mss.surface.vertex_normals(mss.Surface(V, F))[flat]
-    true = np.sqrt((((smoothed.vertices - V)[flat] * along).sum(axis=1) ** 2).mean())
-    assert smoothed.error < 4 * max(true, 0.02)
+    normals = mss.surface.vertex_normals(mss.Surface(V, F))
+    errors = []
+    for row in smoothed.considered[::-19]:
+        off = mss.smooth_edge_aware(*NOISY, **vars(row.setting)).vertices - V
+        errors.append((row.error, np.sqrt(((off * normals).sum(axis=1) ** 2).mean())))
+    estimated, true = np.square(errors).T
+    # mean squares are what is estimated, and they cannot be told apart by less than the resolution
+    close = 2 * smoothed.noise.resolution**2
+    assert estimated == pytest.approx(true, abs=close)
+    assert true.max() > 2 * close
+    assert true.min() < 0.2 * close
     assert smoothed.noise.level == pytest.approx(0.2 * mss.surface.mean_edge_length(mss.Surface(V, F)), rel=0.15)
 
 
+@pytest.mark.no_cover
 def test_denoise_considers_the_isotropic_filter_and_is_no_worse_by_its_own_estimate(smoothed):
     result = mss.denoise(*NOISY)
     assert 0 in {row.setting.passes for row in result.considered}
     assert result.error <= 1.01 * smoothed.error
 
 
+@pytest.mark.no_cover
 def test_favoring_normals_takes_the_noise_for_higher(smoothed):
     assert mss.smooth_edge_aware(*NOISY, favor="normals").level > 1.2 * smoothed.level
 
@@ -114,11 +109,11 @@ def test_what_was_chosen_does_the_same_when_it_is_given(smoothed):
     assert apart(mss.smooth_edge_aware(*NOISY, **chosen).vertices, smoothed.vertices) == 0
 
 
-def test_deterministic_and_its_input_is_not_changed(smoothed):
-    V, F = NOISY[0].copy(), NOISY[1].copy()
-    assert np.array_equal(mss.smooth_edge_aware(V, F).vertices, smoothed.vertices)
-    assert np.array_equal(V, NOISY[0])
-    assert np.array_equal(F, NOISY[1])
+def test_deterministic_and_its_input_is_not_changed():
+    V, F = SMALL[0].copy(), SMALL[1].copy()
+    assert np.array_equal(mss.smooth_edge_aware(V, F).vertices, mss.smooth_edge_aware(V, F).vertices)
+    assert np.array_equal(V, SMALL[0])
+    assert np.array_equal(F, SMALL[1])
 
 
 # what the guide's least squares are solved to, column by column
@@ -126,6 +121,7 @@ SOLVED = 1e-5
 FIXED = {"strength": 1.0, "range_width": 0.3, "passes": 3}
 
 
+@pytest.mark.no_cover
 def test_follows_rigid_motions_and_scale():
     V, F = NOISY
     result = mss.smooth_edge_aware(V, F, **FIXED).vertices
@@ -137,11 +133,12 @@ def test_follows_rigid_motions_and_scale():
         assert apart(mss.smooth_edge_aware(V * scale, F, **FIXED).vertices, result * scale) < 1e-9 * np.ptp(V) * scale
 
 
-def test_follows_the_choice_at_any_scale(smoothed):
-    scaled = mss.smooth_edge_aware(NOISY[0] * 1e6, NOISY[1])
-    assert apart(scaled.vertices, smoothed.vertices * 1e6) < 1e-7 * np.ptp(NOISY[0]) * 1e6
+def test_follows_the_choice_at_any_scale():
+    one, scaled = (mss.smooth_edge_aware(SMALL[0] * scale, SMALL[1]) for scale in (1, 1e6))
+    assert apart(scaled.vertices, one.vertices * 1e6) < 1e-7 * np.ptp(SMALL[0]) * 1e6
 
 
+@pytest.mark.no_cover
 def test_follows_permutations():
     V, F = NOISY
     rng = np.random.default_rng(4)
@@ -160,6 +157,7 @@ def test_flat_stays_flat():
     assert apart(mss.denoise(slanted, F).vertices, slanted) < 1e-6 * np.ptp(V)
 
 
+@pytest.mark.no_cover
 def test_rims_do_not_creep():
     V, F = sheet(30, 25)
     V[:, 2] = 0
@@ -182,6 +180,7 @@ def test_a_smooth_surface_is_no_worse_than_from_the_isotropic_filter():
     assert vertex_error(mss.Surface(result.vertices, F), truth) < 1.05 * vertex_error(mss.Surface(isotropic, F), truth)
 
 
+@pytest.mark.no_cover
 def test_impulses_are_recognised():
     V, F = box(20)
     rng = np.random.default_rng(0)
@@ -191,6 +190,7 @@ def test_impulses_are_recognised():
     assert normal_error(mss.Surface(result.vertices, F), mss.Surface(V, F)) < 6
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize("name", flaws(rough(sheet())))
 def test_flawed_meshes(name):
     V, F = flaws(rough(sheet()))[name]
@@ -200,6 +200,7 @@ def test_flawed_meshes(name):
     assert np.array_equal(result.vertices[stray], V[stray])
 
 
+@pytest.mark.no_cover
 @settings(deadline=None, max_examples=40)
 @given(meshes())
 def test_any_soup_gives_a_finite_result(mesh):
@@ -235,11 +236,11 @@ def test_wrong_parameters_are_refused_by_name(wrong, message):
 
 def test_progress_rises_to_one():
     seen = []
-    mss.smooth_edge_aware(*NOISY, progress=seen.append)
+    mss.smooth_edge_aware(*SMALL, progress=seen.append)
     assert seen == sorted(seen)
     assert seen[-1] == 1
     with pytest.raises(KeyboardInterrupt):
-        mss.smooth_edge_aware(*NOISY, progress=interrupt)
+        mss.smooth_edge_aware(*SMALL, progress=interrupt)
 
 
 def interrupt(_):
@@ -248,18 +249,18 @@ def interrupt(_):
 
 def test_filter_is_the_function_and_crosses_itself_nowhere(smoothed):
     ms = pymeshlab.MeshSet()
-    ms.add_mesh(pymeshlab.Mesh(*NOISY))
-    output = mss.apply_coord_edge_aware_smoothing(ms)
-    assert apart(ms.current_mesh().vertex_matrix(), smoothed.vertices) < 1e-12
-    assert output["strength"] == smoothed.strength
+    ms.add_mesh(pymeshlab.Mesh(*SMALL))
+    output, expected = mss.apply_coord_edge_aware_smoothing(ms), mss.smooth_edge_aware(*SMALL)
+    assert apart(ms.current_mesh().vertex_matrix(), expected.vertices) < 1e-12
+    assert output["strength"] == expected.strength
     assert not mss.crossing_faces(smoothed.vertices, BOX[1]).any()
 
 
 def test_the_denoising_filter_is_the_function():
     ms = pymeshlab.MeshSet()
-    ms.add_mesh(pymeshlab.Mesh(*NOISY))
+    ms.add_mesh(pymeshlab.Mesh(*SMALL))
     output = mss.apply_coord_spectral_denoising(ms, favor="normals")
-    expected = mss.denoise(*NOISY, favor="normals")
+    expected = mss.denoise(*SMALL, favor="normals")
     assert apart(ms.current_mesh().vertex_matrix(), expected.vertices) < 1e-12
     assert output["error"] == expected.error
 
@@ -330,6 +331,7 @@ def test_without_the_extra_the_result_is_the_same(monkeypatch):
     assert apart(with_it.vertices, without.vertices) < 1e-9 * np.ptp(NOISY[0])
 
 
+@pytest.mark.no_cover
 def test_far_impulses_are_drawn_in_where_they_would_mislead():
     V, F = torus(60, 40)
     edge = mss.surface.mean_edge_length(mss.Surface(V, F))
@@ -344,6 +346,7 @@ def test_far_impulses_are_drawn_in_where_they_would_mislead():
     assert result.considered[0].setting.passes == result.passes
 
 
+@pytest.mark.no_cover
 def test_far_impulses_on_a_box_do_not_cost_its_edges():
     V, F = box(20)
     random = np.random.default_rng(3)

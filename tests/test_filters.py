@@ -69,6 +69,7 @@ def test_enums_go_by_name_or_by_number(ms):
     assert np.array_equal(ms.current_mesh().vertex_matrix(), other.current_mesh().vertex_matrix())
 
 
+@pytest.mark.no_cover
 @EACH_FILTER
 @pytest.mark.parametrize(
     ("given", "error", "words"),
@@ -136,6 +137,7 @@ def test_only_keywords_are_taken(ms, name):
         filters.FILTERS[name](ms, 3)
 
 
+@pytest.mark.no_cover
 @EACH_FILTER
 def test_what_cannot_be_filtered_is_refused_in_the_very_words_of_pymeshlab(name):
     empty, cloud, nothing = pymeshlab.MeshSet(), pymeshlab.MeshSet(), meshset.new(*MESH)
@@ -203,6 +205,7 @@ assert len(results) == 20 and all((result == results[0]).all() for result in res
 """
 
 
+@pytest.mark.no_cover
 def test_threads_may_filter_at_once_and_leave_the_standard_streams_alone():
     """In a process of its own: pymeshlab's C++ streams may stay silent after threads have run its filters at once."""
     command = [sys.executable, "-c", THREADS]
@@ -353,6 +356,7 @@ def test_every_filter_leaves_everything_else_alone(laden, name):
     assert changed >= (follows | {"/script"}) - {"/meshes[1]/bounding box"}  # the rim is fixed, so the box may stay
 
 
+@pytest.mark.no_cover
 @EACH_FILTER
 def test_textures_and_raster_cameras_stay(name):
     ms = pymeshlab.MeshSet()

@@ -77,6 +77,7 @@ def damaged(draw, originals):
     return bytes(data)
 
 
+@pytest.mark.no_cover
 @fuzz
 @given(st.one_of(soup, damaged(SHIPPED)))
 def test_a_descriptor_of_any_bytes_is_read_or_refused(data):
@@ -84,6 +85,7 @@ def test_a_descriptor_of_any_bytes_is_read_or_refused(data):
         assert descriptors.read(data, "x.xml").function
 
 
+@pytest.mark.no_cover
 @fuzz
 @given(st.one_of(soup, damaged([SCRIPT])))
 def test_a_script_of_any_bytes_is_read_or_refused(data):
@@ -137,6 +139,7 @@ anything = st.one_of(
 )
 
 
+@pytest.mark.no_cover
 @fuzz
 @given(anything, anything)
 def test_the_gate_takes_anything_and_says_what_is_wrong(vertices, faces):

@@ -283,10 +283,9 @@ print(inside, after)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
-@pytest.mark.parametrize("seed", [1, 2])
-def test_an_interrupt_at_any_moment_leaves_the_meshset_as_it_was(seed, untraced):
-    trials = 80
-    command = [sys.executable, "-c", CHILD, "60", "50", str(seed), str(seed + 100), str(trials)]
+def test_an_interrupt_at_any_moment_leaves_the_meshset_as_it_was(untraced):
+    trials = 100
+    command = [sys.executable, "-c", CHILD, "40", "30", "1", "101", str(trials)]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, timeout=300)
     assert done.returncode == 0, done.stderr
     inside, after = map(int, done.stdout.splitlines()[-1].split())  # pymeshlab prints as well

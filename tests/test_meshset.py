@@ -175,21 +175,25 @@ def test_a_process_without_standard_streams_can_push(monkeypatch, stream):
 
 
 CLOSED = """
-import os, sys
-for number in map(int, sys.argv[1:]):
-    os.close(number)
+import os
 import numpy, pymeshlab
 from meshlab_specsmooth.bridge import meshset
-ms = meshset.new(numpy.eye(3), numpy.array([[0, 1, 2]]))
-meshset.push(ms, ms.current_mesh().vertex_matrix() + 1)
-assert (ms.current_mesh().vertex_matrix() == numpy.eye(3) + 1).all()
+for numbers in ([1], [2], [1, 2]):
+    copy = os.fork()
+    if copy == 0:
+        for number in numbers:
+            os.close(number)
+        ms = meshset.new(numpy.eye(3), numpy.array([[0, 1, 2]]))
+        meshset.push(ms, ms.current_mesh().vertex_matrix() + 1)
+        os._exit(not (ms.current_mesh().vertex_matrix() == numpy.eye(3) + 1).all())
+    assert os.waitpid(copy, 0)[1] == 0, numbers
 """
 
 
-@pytest.mark.parametrize("numbers", [["1"], ["2"], ["1", "2"]])
-@pytest.mark.skipif(os.name == "nt", reason="descriptors are not inherited there")
-def test_a_process_whose_output_is_closed_can_push(numbers):
-    done = subprocess.run([sys.executable, "-c", CLOSED, *numbers], capture_output=True, text=True, check=False)
+@pytest.mark.no_cover
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork")
+def test_a_process_whose_output_is_closed_can_push():
+    done = subprocess.run([sys.executable, "-c", CLOSED], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
 
 

@@ -112,6 +112,7 @@ def nearest_by_brute_force(points, surface):
     return best
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize("scale", [1e-6, 1, 1e6])
 @pytest.mark.parametrize("name", ["closed", "open", "slivers", "degenerate"])
 def test_distances_are_those_of_all_triangles_one_by_one(name, scale):

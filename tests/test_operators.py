@@ -55,6 +55,7 @@ def test_no_angle_of_a_sliver_counts_as_sharper_than_one_degree(degrees, counts_
     assert L[2] == pytest.approx(np.array([-0.5, -0.5, 1]))
 
 
+@pytest.mark.no_cover
 @EVERY_MESH
 @EVERY_KIND
 def test_l_takes_constants_to_zero_and_its_twin_is_symmetric_with_spectrum_in_0_2(mesh, kind):

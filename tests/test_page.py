@@ -15,10 +15,17 @@ from tests.meshes import rough, sheet, torus
 sync_api = pytest.importorskip("playwright.sync_api")
 pyvista = pytest.importorskip("pyvista")
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-in_a_browser = pytest.mark.skipif(
+without_chromium = pytest.mark.skipif(
     CHROMIUM is None,
     reason="no Chromium here; scripts/test.py installs it where it may, else: apt-get install chromium",
 )
+
+
+def in_a_browser(test):
+    """A test of what the browser runs, of which no line is Python's."""
+    return pytest.mark.no_cover(without_chromium(test))
+
+
 FILTERS = ["taubin", "automatic", "compute_mls_projection_apss"]
 
 

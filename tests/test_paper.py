@@ -5,9 +5,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 SCRIPT = Path(__file__).parent.parent / "scripts" / "reproduce_paper.py"
 
 
+@pytest.mark.no_cover
 def test_all_of_it_is_made_and_the_page_says_what_was_measured(tmp_path):
     command = [sys.executable, str(SCRIPT), "--small", "--out", str(tmp_path)]
     printed = subprocess.run(command, capture_output=True, text=True, check=True).stdout

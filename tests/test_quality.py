@@ -14,9 +14,12 @@ from meshlab_specsmooth.compare import metrics
 from tests.meshes import rough, torus
 
 SCRIPT = Path(__file__).parent.parent / "scripts" / "benchmark_quality.py"
-pytestmark = pytest.mark.skipif(
-    not (SCRIPT.parent.parent / ".venv").exists(), reason="the script would make an environment first"
-)
+pytestmark = [
+    pytest.mark.no_cover,
+    pytest.mark.skipif(
+        not (SCRIPT.parent.parent / ".venv").exists(), reason="the script would make an environment first"
+    ),
+]
 
 
 def run(*arguments):

@@ -45,6 +45,7 @@ def cells(text):
     return [line.split() for line in lines[:2]], {name: [float(x) for x in row[:3]] for name, *row in rows}
 
 
+@pytest.mark.no_cover
 def test_the_table_is_what_the_demo_gives():
     parser = ArgumentParser()
     demo.add_arguments(parser)

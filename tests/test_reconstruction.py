@@ -9,14 +9,14 @@ from meshlab_specsmooth.reconstruction import Constraints
 from tests.meshes import TETRAHEDRON, rough, sheet, together, torus
 
 MESHES = {
-    "open": rough(sheet()),
-    "closed": rough(torus(12, 9)),
+    "open": rough(sheet(9, 7)),
+    "closed": rough(torus(9, 8)),
     "components": together(rough(sheet(5, 4)), TETRAHEDRON),
 }
 
 
 EVERY_MESH = pytest.mark.parametrize("mesh", MESHES.values(), ids=MESHES)
-EVERY_WEIGHT = pytest.mark.parametrize("weight", [0.03, 0.3, 1.0, 30.0])
+EVERY_WEIGHT = pytest.mark.parametrize("weight", [0.03, 1.0, 30.0])
 
 
 def system(mesh, kind="uniform"):
@@ -50,6 +50,7 @@ def nothing_held(n):
     return Constraints(np.ones((n, 1)), np.ones((n, 1)), np.zeros((n, 3)))
 
 
+@pytest.mark.no_cover
 @EVERY_MESH
 @EVERY_WEIGHT
 @pytest.mark.parametrize("kind", ["uniform", "cotangent"])

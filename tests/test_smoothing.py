@@ -50,6 +50,7 @@ def rotation(seed):
     return q * np.sign(np.diag(r))
 
 
+@pytest.mark.no_cover
 @SMOOTHERS
 @BOTH_METHODS
 @pytest.mark.parametrize("mesh", [OPEN, CLOSED, SEVERAL])
@@ -62,6 +63,7 @@ def test_rigid_motions_and_reflections_carry_over(smoother, method, mesh):
     assert turned.vertices == pytest.approx(still.vertices @ Q + shift, abs=1e-4 * still.displacement)
 
 
+@pytest.mark.no_cover
 @SMOOTHERS
 @BOTH_METHODS
 @pytest.mark.parametrize("scale", [1e-6, 1e6, 2.0**-400, 1e200])
@@ -101,6 +103,7 @@ def test_a_mesh_that_is_one_point_stays(smoother, name):
     assert np.array_equal(smoother(point, F, modes=9, response=name).vertices, point)
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize("mesh", [OPEN, CLOSED, SEVERAL], ids=["open", "closed", "several components"])
 @pytest.mark.parametrize("name", ["butterworth", "gaussian", "heat"])
 @pytest.mark.parametrize("laplacian", ["uniform", "cotangent"])
@@ -147,6 +150,7 @@ def test_a_large_weight_holds_the_barycentres():
     assert result.vertices[F].mean(axis=1) == pytest.approx(V[F].mean(axis=1), abs=1e-4 * result.mean_edge)
 
 
+@pytest.mark.no_cover
 @EVERY_RESPONSE
 @BOTH_METHODS
 @pytest.mark.parametrize("weight", [0.1, 0.5, 1.0, 3.0])
@@ -196,6 +200,7 @@ def test_the_input_is_never_changed_and_two_runs_give_the_same_bits(smoother):
     assert not np.shares_memory(first, V)
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize("name", flaws(OPEN))
 @BOTH_METHODS
 def test_flawed_meshes_give_finite_results(name, method):
@@ -262,6 +267,7 @@ def test_a_mesh_without_edges_stays_as_it_is():
     assert (result.displacement, result.mean_edge) == (0, 0)
 
 
+@pytest.mark.no_cover
 @settings(deadline=None, max_examples=60)
 @given(mesh=meshes())
 def test_any_triangle_soup_gives_a_finite_result(mesh):
@@ -309,12 +315,13 @@ def test_no_component_loses_its_place_however_few_modes_are_kept(method):
         assert centre[1] == pytest.approx(centre[0], abs=1e-4)
 
 
+@pytest.mark.no_cover
 @BOTH_METHODS
 def test_a_mesh_of_many_components_is_solved_in_full_and_twice_the_same(method):
-    mesh = together(rough(torus(60, 40)), *((TETRAHEDRON[0] + 10.0 * i, TETRAHEDRON[1]) for i in range(1, 201)))
-    first, second = (mss.smooth(*mesh, modes=230, method=method) for _ in range(2))
+    mesh = together(rough(torus(36, 24)), *((TETRAHEDRON[0] + 10.0 * i, TETRAHEDRON[1]) for i in range(1, 101)))
+    first, second = (mss.smooth(*mesh, modes=120, method=method) for _ in range(2))
     assert np.array_equal(first.vertices, second.vertices)
-    assert mss.low_pass(*mesh, modes=50, method=method).modes == 201
+    assert mss.low_pass(*mesh, modes=50, method=method).modes == 101
 
 
 @pytest.mark.parametrize("wavelength", [1e-300, 1e-9, 1e9, 1e300])
@@ -478,6 +485,7 @@ def test_progress_rises_to_one(passes):
     assert len(seen) > 10 * passes
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize("method", ["exact", "chebyshev"])
 @pytest.mark.parametrize("call", [mss.smooth, mss.low_pass])
 def test_progress_has_many_steps_that_are_no_leaps(call, method):
@@ -489,8 +497,9 @@ def test_progress_has_many_steps_that_are_no_leaps(call, method):
     assert len(seen) > 8
 
 
+@pytest.mark.no_cover
 def test_counting_exactly_is_exact():
-    mesh = rough(sheet(50, 30))  # on which no eigenvalues are equal
+    mesh = rough(sheet(38, 30))  # on which no eigenvalues are equal
     estimated = mss.smooth(*mesh, modes=100)
     exact = mss.smooth(*mesh, modes=100, counting="exact")
     known = np.linalg.eigvalsh(twin(mesh).toarray())

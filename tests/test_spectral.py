@@ -10,13 +10,21 @@ from meshlab_specsmooth.response import RESPONSES, band, heat, ideal, response
 from meshlab_specsmooth.spectral import chebyshev, density, eigenbasis
 from meshlab_specsmooth.spectral.cutoff import WEYL, Cutoff, from_wavelength, lattice_share, wavelength_in_edges
 from meshlab_specsmooth.spectral.design import design
-from tests.meshes import TETRAHEDRON, rough, sheet, together, torus, torus_eigenvalue, torus_graph, twin, uniform
+from tests.meshes import (
+    TETRAHEDRON,
+    TETRAHEDRON_SPECTRUM,
+    rough,
+    sheet,
+    together,
+    torus,
+    torus_eigenvalue,
+    torus_graph,
+    torus_spectrum,
+    twin,
+    uniform,
+)
 
 SPECTRUM = np.linspace(0, 2, 4001)
-
-
-def known_spectrum(nx, ny):
-    return np.sort([torus_eigenvalue(p, q, nx, ny) for p in range(nx) for q in range(ny)])
 
 
 def flat(nx, ny):
@@ -27,8 +35,9 @@ def flat_torus(nx, ny):
     return flat(nx, ny).graph.symmetric_laplacian()
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize("name", RESPONSES)
-@pytest.mark.parametrize("cutoff", [1e-5, 0.005, 0.1, 1.3])
+@pytest.mark.parametrize("cutoff", [1e-4, 0.005, 0.1, 1.3])
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-7])
 def test_the_series_is_as_close_as_it_says_and_it_says_within_the_tolerance(name, cutoff, tolerance):
     h = response(name, cutoff)
@@ -93,20 +102,9 @@ def test_the_shortest_series(degree):
     assert series.apply(L, X) == pytest.approx(sum(powers[: degree + 1]) @ X)
 
 
-@pytest.mark.parametrize("mesh", [rough(sheet(40, 30)), together(torus(40, 20), torus(30, 20), TETRAHEDRON)])
-def test_the_sparse_solver_finds_what_the_dense_one_does(mesh):
-    S = twin(mesh)
-    assert S.shape[0] > eigenbasis.DENSE_VERTICES
-    basis = eigenbasis.lowest(S, 30)
-    assert basis.eigenvalues == pytest.approx(np.linalg.eigvalsh(S.toarray())[:30], abs=1e-9)
-    residual = S @ basis.vectors - basis.vectors * basis.eigenvalues
-    assert abs(residual).max() < 1e-8
-    assert basis.vectors.T @ basis.vectors == pytest.approx(np.eye(30), abs=1e-9)
-
-
 def test_below_reaches_just_beyond_the_cutoff():
     S = flat_torus(30, 20)
-    known = known_spectrum(30, 20)
+    known = torus_spectrum(30, 20)
     for eigenvalue in (0.05, 0.4, 1.2, 1.9):
         # a guess of one mode is far too few, and must not be trusted
         basis = eigenbasis.below(S, Cutoff(eigenvalue, 1.0, 0.0))
@@ -123,7 +121,7 @@ def test_a_basis_that_does_not_fit_is_refused_with_its_size(monkeypatch):
 
 def test_the_cutoff_of_a_basis_lies_between_the_eigenvalues_kept_and_dropped():
     basis = eigenbasis.complete(flat_torus(9, 7))
-    known = known_spectrum(9, 7)
+    known = torus_spectrum(9, 7)
     cutoff = basis.cutoff(7)
     assert (known <= cutoff.eigenvalue).sum() == 7
     assert basis.cutoff(63).eigenvalue == 2
@@ -142,9 +140,9 @@ def irregular_torus(nx, ny):
 
 MANY_MODES = {
     "closed": lambda: uniform((np.zeros((120 * 90, 3)), torus_graph(120, 90))),
-    "irregular": lambda: uniform(irregular_torus(60, 40)),
-    "open": lambda: uniform(sheet(70, 50)),
-    "long and narrow": lambda: uniform(sheet(500, 6)),
+    "irregular": lambda: uniform(irregular_torus(40, 28)),
+    "open": lambda: uniform(sheet(40, 28)),
+    "long and narrow": lambda: uniform(sheet(180, 6)),
     "many components": lambda: uniform(together(torus(60, 40), *[TETRAHEDRON] * 200)),
     "loose": lambda: uniform(together(*[TETRAHEDRON] * 300)),
 }
@@ -155,10 +153,18 @@ APART = [name for name in MANY_MODES if name != "loose"]
 BROAD = ["closed", "irregular", "open"]
 
 
+# in closed form, of graphs regular enough; of the others by the dense solver
+SPECTRA = {
+    "closed": lambda: torus_spectrum(120, 90),
+    "many components": lambda: np.sort(np.concatenate([torus_spectrum(60, 40), *[TETRAHEDRON_SPECTRUM] * 200])),
+    "loose": lambda: np.sort(np.tile(TETRAHEDRON_SPECTRUM, 300)),
+}
+
+
 @functools.cache
 def eigenvalues(name):
-    if name == "closed":
-        return known_spectrum(120, 90)
+    if name in SPECTRA:
+        return SPECTRA[name]()
     return np.linalg.eigvalsh(MANY_MODES[name]().graph.symmetric_laplacian().toarray())
 
 
@@ -174,6 +180,7 @@ def miscount(name, share, found=None):
     return np.searchsorted(known, cutoff.eigenvalue) - cutoff.modes, cutoff
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize("name", APART)
 @pytest.mark.parametrize("share", SHARES)
 def test_modes_are_counted_within_the_stated_error_without_eigenvectors(name, share):
@@ -181,6 +188,7 @@ def test_modes_are_counted_within_the_stated_error_without_eigenvectors(name, sh
     assert abs(error) < 3.5 * cutoff.error * cutoff.modes + 1
 
 
+@pytest.mark.no_cover
 @pytest.mark.parametrize("name", BROAD)
 @pytest.mark.parametrize("share", SHARES)
 def test_modes_are_counted_within_two_per_cent_and_the_scatter_of_eigenvalues(name, share):
@@ -189,6 +197,7 @@ def test_modes_are_counted_within_two_per_cent_and_the_scatter_of_eigenvalues(na
     assert abs(error) < 0.02 * cutoff.modes + 4
 
 
+@pytest.mark.no_cover
 def test_the_stated_error_is_as_large_as_the_errors_are(monkeypatch):
     ratios = []
     for seed in range(3):
@@ -232,10 +241,11 @@ def test_the_stated_error_is_small_where_modes_are_many(name):
     assert measured(name).cutoff(1000).error < 0.01
 
 
+@pytest.mark.no_cover
 def test_a_large_mesh_needs_few_random_vectors():
     # 134 thousand vertices, one block: the regular torus, whose eigenvalues are known
     nx, ny = 402, 333
-    known, found = known_spectrum(nx, ny), density.measure(flat(nx, ny))
+    known, found = torus_spectrum(nx, ny), density.measure(flat(nx, ny))
     assert found.probes == COLUMNS
     for modes in (300, 1000, 10_000, 60_000):
         cutoff = found.cutoff(modes)
@@ -250,7 +260,7 @@ def test_random_vectors_come_in_whole_blocks_and_are_fewer_on_larger_meshes(n):
 
 
 def test_the_lattice_has_the_modes_of_a_large_regular_torus():
-    known = known_spectrum(400, 401)
+    known = torus_spectrum(400, 401)
     x = np.array([0.01, 0.1, 0.5, 1.0, 1.3, 1.45])
     assert lattice_share(x) == pytest.approx(np.searchsorted(known, x) / len(known), rel=2e-3, abs=1e-4)
     # and Weyl's law below any eigenvalue that a mesh could have

@@ -14,7 +14,7 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="processes are c
 
 # the command line, in whose process reading or writing comes to such an end
 MAIN = """
-import ctypes, os, signal, sys, time
+import ctypes, os, select, signal, sys
 from pathlib import Path
 import pymeshlab
 from meshlab_specsmooth import memory
@@ -84,7 +84,14 @@ def until(condition, seconds=300.0):
         time.sleep(0.01)
 
 
-WAITS = "Path('copy').write_text(str(os.getpid())); time.sleep(60)"
+# until there is a signal: one that is held back does not end a sleep
+WAITS = """
+    read, write = os.pipe()
+    os.set_blocking(write, False)
+    signal.set_wakeup_fd(write)
+    Path("copy").write_text(str(os.getpid()))
+    select.select([read], [], [], 60)
+"""
 
 
 @pytest.mark.parametrize(
