@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from meshlab_specsmooth.automatic import part_of
 from meshlab_specsmooth.errors import FilterFailed, InvalidParameter
+from meshlab_specsmooth.graph import blocks
 from meshlab_specsmooth.noise import WHITE, Noise, measure, realisation, sheet
 from meshlab_specsmooth.smoothing import assemble
 from meshlab_specsmooth.surface import Floats, Integers, Surface
@@ -47,8 +48,9 @@ def estimate_noise(vertices: npt.ArrayLike, faces: npt.ArrayLike) -> Noise:
     'none'
     """
     mesh = assemble(vertices, faces, "uniform")
-    on = part_of(mesh.positions, mesh.faces, mesh.L)
-    return measure(on).noise.scaled(mesh.exponent)
+    with blocks.one_blas_thread():
+        on = part_of(mesh.positions, mesh.faces, mesh.L)
+        return measure(on).noise.scaled(mesh.exponent)
 
 
 @dataclass(frozen=True, eq=False)
@@ -236,7 +238,8 @@ def prepare_error(
         raise InvalidParameter(f"probes is {probes!r}; it must be a whole number of 1 or more")
     mesh = assemble(vertices, faces, "uniform")
     on = sheet(mesh.positions, mesh.faces)
-    found = measure(on)
+    with blocks.one_blas_thread():
+        found = measure(on)
     taken, n = found.noise, found.normals
     if isinstance(noise, Noise):
         taken = noise.scaled(-mesh.exponent)

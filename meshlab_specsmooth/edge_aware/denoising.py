@@ -14,6 +14,7 @@ from meshlab_specsmooth.edge_aware.mesh import built, mean_side, smooth_automati
 from meshlab_specsmooth.edge_aware.pieces import sample_of
 from meshlab_specsmooth.edge_aware.result import DRAWN_IN, Considered, EdgeAwareResult, Setting
 from meshlab_specsmooth.edge_aware.search import Fixed, Row, drawn_in, estimate_on, guide_weight, ranked, searched
+from meshlab_specsmooth.graph import blocks
 from meshlab_specsmooth.memory import require
 from meshlab_specsmooth.noise import IMPULSE, NONE, Noise, measure, nothing, sheet
 from meshlab_specsmooth.smoothing import with_sides
@@ -33,6 +34,7 @@ _ROUNDING = 1e-6
 FAVORS = tuple(_FAVORING)
 
 
+@blocks.one_blas_thread()
 def denoised(
     surface: Surface, favor: str, fixed: Fixed, with_isotropic: bool, progress: Progress | None
 ) -> EdgeAwareResult:
