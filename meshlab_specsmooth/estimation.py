@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from meshlab_specsmooth.errors import FilterFailed, InvalidParameter
+from meshlab_specsmooth.graph import blocks
 from meshlab_specsmooth.noise import WHITE, Noise, measure, realisation, sheet
 from meshlab_specsmooth.outliers import replace_outliers
 from meshlab_specsmooth.parts import estimate_level
@@ -50,9 +51,10 @@ def estimate_noise(vertices: npt.ArrayLike, faces: npt.ArrayLike) -> Noise:
     'unclear'
     """
     mesh = assemble(vertices, faces, "uniform")
-    rim = None if mesh.rim is None else mesh.rim.vertices
-    positions, _ = replace_outliers(mesh.positions, mesh.L, rim)
-    return estimate_level(positions, mesh.faces, mesh.L).scaled(mesh.exponent)
+    with blocks.one_blas_thread():
+        rim = None if mesh.rim is None else mesh.rim.vertices
+        positions, _ = replace_outliers(mesh.positions, mesh.L, rim)
+        return estimate_level(positions, mesh.faces, mesh.L).scaled(mesh.exponent)
 
 
 @dataclass(frozen=True, eq=False)
@@ -240,7 +242,8 @@ def prepare_error(
         raise InvalidParameter(f"probes is {probes!r}; it must be a whole number of 1 or more")
     mesh = assemble(vertices, faces, "uniform")
     on = sheet(mesh.positions, mesh.faces)
-    found = measure(on)
+    with blocks.one_blas_thread():
+        found = measure(on)
     taken, n = found.noise, found.normals
     if isinstance(noise, Noise):
         taken = noise.scaled(-mesh.exponent)

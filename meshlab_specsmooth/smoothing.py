@@ -211,8 +211,9 @@ class Prepared:
         Vertices that lie where another one does.
     doubts : tuple of str
         What is to be said of the surface with every result.
-    spare : list of (k, 3) float64
-        Memory of the last run, up to 144 bytes a vertex, which the next one writes over.
+    spare : deque of lists of (k, 3) float64
+        Memory of the last run, up to 144 bytes a vertex, which the next one writes over. A run takes all of it while
+        it lasts, so that runs in several threads at once share none.
     """
 
     surface: Surface
@@ -229,13 +230,14 @@ class Prepared:
     modes: Density | None = None
     welded: int = 0
     doubts: tuple[str, ...] = ()
-    spare: list[Floats] = field(default_factory=list)
+    spare: blocks.Spare = field(default_factory=blocks.no_spare)
 
     def __repr__(self) -> str:
         """What it is for, in a line: the arrays are long."""
         V, F = self.surface.vertices, self.surface.faces
         return f"<Prepared: {len(V)} vertices, {len(F)} faces, {self.kind} Laplacian>"
 
+    @blocks.one_blas_thread()
     def smooth(
         self,
         *,
@@ -317,6 +319,7 @@ class Prepared:
             result = _with_warning(result, _warning_of(low_pass, len(self.moving)))
         return result
 
+    @blocks.one_blas_thread()
     def enhance(
         self,
         *,
@@ -369,6 +372,7 @@ class Prepared:
         )
         return self._run(added, across, along, region, barycenter_weight, 1, start, progress)
 
+    @blocks.one_blas_thread()
     def low_pass(
         self,
         *,
@@ -702,7 +706,7 @@ class Prepared:
         guess: Floats | None = None,
     ) -> SmoothingResult:
         """The three steps, on the boundary curve first if it is smoothed by itself."""
-        spare, displacement = self.spare, np.zeros((1, 1))
+        spare, displacement = blocks.take_spare(self.spare), np.zeros((1, 1))
         solutions = []
         # an iteration of the least squares takes as long as three sweeps, and they are some seven over the weight
         sweeping = across.filter.degree / (across.filter.degree + 3 * (7 / min(weight, 1.0) + 2))
@@ -729,8 +733,7 @@ class Prepared:
             solutions.append(solve(self.L, self.gram, weight, change, step_3, constraints, spare, nearby))
             displacement = displacement + solutions[-1].displacement if number else solutions[-1].displacement
         result = self._result(displacement, across, float(weight), solutions, start)
-        spare.append(displacement)
-        del spare[_KEPT:]
+        self.spare.append([displacement, *spare][:_KEPT])
         if progress is not None:
             progress(1.0)
         return result
@@ -835,7 +838,9 @@ class Prepared:
         vertices = self.surface.vertices.copy()
         if len(displacement) == 0:
             return vertices, 0.0
-        rms = float(np.ldexp(np.sqrt(np.vdot(displacement, displacement) / len(vertices)), self.exponent))
+        # not by BLAS, whose threads show in its sums
+        square = np.einsum("ij,ij->", displacement, displacement)
+        rms = float(np.ldexp(np.sqrt(square / len(vertices)), self.exponent))
 
         def move(at: slice) -> None:
             if self.place is None:
@@ -944,7 +949,8 @@ def prepare(
     prepared = assemble(vertices, faces, laplacian, weld=weld)
     if prepared.L.size <= eigenbasis.DENSE_VERTICES:  # counted exactly
         return prepared
-    return replace(prepared, modes=density.measure(prepared.L))
+    with blocks.one_blas_thread():
+        return replace(prepared, modes=density.measure(prepared.L))
 
 
 def assemble(

@@ -9,7 +9,8 @@ import numpy.typing as npt
 
 from meshlab_specsmooth.descriptors import Defaults, load
 from meshlab_specsmooth.errors import InvalidParameter, InvalidSurface
-from meshlab_specsmooth.smoothing import assemble
+from meshlab_specsmooth.graph import blocks
+from meshlab_specsmooth.smoothing import Prepared, assemble
 from meshlab_specsmooth.spectral import density, eigenbasis
 from meshlab_specsmooth.surface import Floats
 
@@ -95,6 +96,11 @@ def spectrum(
         raise InvalidParameter("a mesh without edges has no spectrum")
     if abs(prepared.exponent) > _LARGEST_EXPONENT:
         raise InvalidSurface("vertices", "are too large or too small for their squares, which power is", "scale them")
+    return _measured(prepared, bands)
+
+
+@blocks.one_blas_thread()
+def _measured(prepared: Prepared, bands: int) -> Spectrum:
     L, n = prepared.L, len(prepared.moving)
     # scaled so that energies x^T D x are those of plain coordinates
     X = (prepared.positions - prepared.positions.mean(axis=0)) / np.sqrt(L.degree.mean())

@@ -12,7 +12,7 @@ LARGEST_FILE = 4 * 2**20  # bytes; a filter script of a thousand filters has one
 DEEPEST_NESTING = 32
 
 
-@dataclass
+@dataclass(slots=True)
 class Element:
     """One element: its attributes in order, its children, its text, and the line it starts on."""
 
@@ -34,8 +34,11 @@ def parse(data: bytes, source: str) -> Element:
     if len(data) > LARGEST_FILE:
         raise InvalidXml(source, 1, f"has {len(data)} bytes; at most {LARGEST_FILE} are read")
     parser = expat.ParserCreate()
+    parser.buffer_text = True
     root = Element("", {}, 0)
     open_elements = [root]
+    # joined at the end: expat hands over a piece a line, and a text that grows is copied at every piece
+    open_texts: list[list[str]] = [[]]
 
     def start(tag: str, attributes: dict[str, str]) -> None:
         if len(open_elements) > DEEPEST_NESTING:
@@ -43,12 +46,13 @@ def parse(data: bytes, source: str) -> Element:
         element = Element(tag, dict(attributes), parser.CurrentLineNumber)
         open_elements[-1].children.append(element)
         open_elements.append(element)
+        open_texts.append([])
 
     def end(_tag: str) -> None:
-        open_elements.pop()
+        open_elements.pop().text = "".join(open_texts.pop())
 
     def characters(text: str) -> None:
-        open_elements[-1].text += text
+        open_texts[-1].append(text)
 
     def declaration(*_: Any) -> None:
         raise InvalidXml(source, parser.CurrentLineNumber, "declares entities or elements, which is not allowed here")

@@ -102,6 +102,14 @@ def test_blas_has_one_thread_meanwhile_and_without_the_extra_those_it_has(monkey
     with blocks.one_blas_thread():
         assert set(blas()) == {1}
     assert blas() == before
+    # of calls in several threads, the first to begin is not the last to end
+    first, second = blocks.one_blas_thread(), blocks.one_blas_thread()
+    first.__enter__()
+    second.__enter__()
+    first.__exit__(None, None, None)
+    assert set(blas()) == {1}
+    second.__exit__(None, None, None)
+    assert blas() == before
     monkeypatch.setitem(sys.modules, "threadpoolctl", None)
     with blocks.one_blas_thread():
         assert blas() == before

@@ -12,7 +12,7 @@ MODULES = sorted(PACKAGE.rglob("*.py"))
 
 # a room may use those before it
 ROOMS = [
-    {"version", "errors", "memory"},
+    {"version", "errors", "memory", "processes", "start"},
     {"xmltree", "descriptors"},
     {"surface"},
     {"graph", "welding"},
@@ -80,3 +80,8 @@ def test_nothing_looks_back(path):
 
 def test_every_room_is_listed():
     assert {room_of(path) for path in MODULES} == set().union(*ROOMS)
+
+
+@pytest.mark.parametrize("path", MODULES, ids=lambda p: str(p.relative_to(PACKAGE)))
+def test_python_is_started_in_one_place(path):
+    assert ("sys.executable" in path.read_text(encoding="utf-8")) == (path.name == "processes.py")

@@ -398,8 +398,30 @@ def test_runs_of_one_preparation_share_memory_and_do_not_feel_each_other(method)
     with ThreadPoolExecutor(3) as pool:
         for together_ in (map(run, weights), pool.map(run, weights)):
             assert all(np.array_equal(*pair) for pair in zip(together_, alone, strict=True))
-    assert 0 < len(prepared.spare) <= 6
-    assert {array.shape for array in prepared.spare} == {OPEN[0].shape}
+    [kept] = prepared.spare
+    assert 0 < len(kept) <= 6
+    assert {array.shape for array in kept} == {OPEN[0].shape}
+    assert len({id(array) for array in kept}) == len(kept)
+
+
+def test_a_run_has_its_memory_for_itself_while_others_run():
+    """A run inside of another, at many of the places where threads could take turns as well."""
+
+    def run(weight, progress=None):
+        found = prepared.smooth(method="chebyshev", barycenter_weight=weight, passes=2, progress=progress)
+        return found.vertices
+
+    prepared = mss.prepare(*OPEN)
+    alone, between = run(0.5).copy(), run(2.0).copy()
+    left, others = [], []
+
+    def another(fraction):
+        left.append(len(prepared.spare))
+        others.append(run(2.0))
+
+    assert np.array_equal(run(0.5, another), alone)
+    assert left[0] == 0
+    assert all(np.array_equal(other, between) for other in others)
 
 
 def test_the_evidence_is_true():

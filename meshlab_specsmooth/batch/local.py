@@ -8,20 +8,20 @@ import os
 import queue
 import signal
 import subprocess
-import sys
 import threading
 from collections.abc import Generator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import asdict
 from pathlib import Path
 
-from meshlab_specsmooth import memory
+from meshlab_specsmooth import memory, processes
 from meshlab_specsmooth.batch.work import CRASHED, Job, Outcome, failure
+from meshlab_specsmooth.batch.worker import serve
 from meshlab_specsmooth.bridge.interrupts import Hold
 from meshlab_specsmooth.errors import InvalidParameter
 
 #: What a worker is started with; its standard streams are those of ``batch/worker.py``.
-COMMAND = (sys.executable, "-c", "from meshlab_specsmooth.batch.worker import serve; serve()")
+COMMAND = processes.command(serve)
 
 # Bytes of memory for a byte of the file, at the peak: a binary PLY has 38 bytes a vertex, two faces included, of which
 # pymeshlab makes some 500 and smoothing 800 more. Compressed formats have a tenth of the bytes.
@@ -186,7 +186,7 @@ class Worker:
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.DEVNULL,
-                env={**os.environ, **_ONE_BLAS_THREAD},
+                env=processes.environment() | _ONE_BLAS_THREAD,
                 start_new_session=True,  # Ctrl-C is for whoever started it, to end it
             )
         return self._process

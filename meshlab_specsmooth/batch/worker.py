@@ -26,7 +26,6 @@ def serve(work: Callable[[Job], Outcome] = run) -> None:
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # whatever C++ has to say must not get in between
     signal.signal(signal.SIGTERM, _end)  # so that temporary folders are removed
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # whoever started it decides
     jobs: queue.SimpleQueue[dict[str, Any] | None] = queue.SimpleQueue()
     threading.Thread(target=_listen, args=(sys.stdin.buffer, jobs), daemon=True).start()
     while (message := jobs.get()) is not None:

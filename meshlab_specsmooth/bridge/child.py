@@ -11,7 +11,6 @@ import os
 import pickle
 import signal
 import subprocess
-import sys
 import threading
 import time
 from collections.abc import Mapping
@@ -22,6 +21,7 @@ from typing import Any, BinaryIO
 import numpy as np
 import pymeshlab
 
+from meshlab_specsmooth import processes
 from meshlab_specsmooth.bridge import filters, meshset
 from meshlab_specsmooth.descriptors import Length
 from meshlab_specsmooth.errors import FilterFailed
@@ -183,8 +183,9 @@ class Child:
 
     def _started(self) -> subprocess.Popen[bytes]:
         if self._process is None:
-            self._process = subprocess.Popen(
-                [sys.executable, "-m", "meshlab_specsmooth.bridge.child"],
+            self._process = subprocess.Popen(  # noqa: S603 (our own module)
+                processes.command(main),
+                env=processes.environment(),
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.DEVNULL,
@@ -238,13 +239,6 @@ def _serve(source: BinaryIO, sink: BinaryIO) -> None:
 
 def main() -> None:
     """Serve the process that started this one; what filters print goes nowhere."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent's, which then ends this one
     with os.fdopen(os.dup(0), "rb") as source, os.fdopen(os.dup(1), "wb") as sink:
         os.dup2(2, 1)
         _serve(source, sink)
-
-
-if __name__ == "__main__":
-    from meshlab_specsmooth.bridge import child  # so that both ends mean the same class
-
-    child.main()

@@ -22,7 +22,7 @@ from xml.sax.saxutils import quoteattr
 
 import pymeshlab
 
-from meshlab_specsmooth import descriptors
+from meshlab_specsmooth import descriptors, processes
 from meshlab_specsmooth.bridge.interrupts import Hold
 from meshlab_specsmooth.bridge.meshset import keeping_script, script_of, set_script
 from meshlab_specsmooth.descriptors import Descriptor, Parameter
@@ -30,7 +30,7 @@ from meshlab_specsmooth.errors import FileError, InvalidXml
 from meshlab_specsmooth.xmltree import Element, parse
 
 # pymeshlab's own, whatever is registered later
-_NATIVE_APPLY = pymeshlab.MeshSet.apply_filter_script
+_NATIVE_APPLY, _NATIVE_LOAD = pymeshlab.MeshSet.apply_filter_script, pymeshlab.MeshSet.load_filter_script
 
 # the type of all parameters of ours: pymeshlab keeps six digits of a number, and all of a text
 _TEXT = "RichString"
@@ -242,25 +242,25 @@ def _unknown(names: tuple[str, ...]) -> frozenset[str]:
         with Hold() as hold, tempfile.TemporaryDirectory(prefix="specsmooth-") as folder:
             for number, name in enumerate(left):
                 (Path(folder) / f"{number}.mlx").write_text(_as_script([Step(name, (), 0)]), encoding="utf-8")
-            command = [sys.executable, "-c", _TRY, str(len(left))]
+            command, environment = processes.command(try_names, folder, str(len(left))), processes.environment()
             with hold.through():
-                done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)  # noqa: S603
+                done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)  # noqa: S603
         answers = [line.split()[1] for line in done.stdout.splitlines() if line.startswith("ANSWER ")]
         unknown.update(name for name, answer in zip(left, answers, strict=False) if answer == "unknown")
         left = left[len(answers) + 1 :]
     return frozenset(unknown)
 
 
-_TRY = """
-import sys, pymeshlab
-for number in range(int(sys.argv[1])):
-    ms = pymeshlab.MeshSet()
-    ms.load_filter_script(f"{number}.mlx")
-    answer = "known"
-    try:
-        ms.apply_filter_script()
-    except pymeshlab.PyMeshLabException as error:
-        if "Something really bad happened" in str(error):
-            answer = "unknown"
-    print(f"\\nANSWER {answer}", flush=True)
-"""
+def try_names() -> None:
+    """Say on standard output of each numbered script in a folder whether pymeshlab knows its filter."""
+    folder, count = sys.argv[1:]
+    for number in range(int(count)):
+        ms = pymeshlab.MeshSet()
+        _NATIVE_LOAD(ms, str(Path(folder) / f"{number}.mlx"))
+        answer = "known"
+        try:
+            _NATIVE_APPLY(ms)
+        except pymeshlab.PyMeshLabException as error:
+            if "Something really bad happened" in str(error):
+                answer = "unknown"
+        print(f"\nANSWER {answer}", flush=True)  # noqa: T201 (for the process that started this one)

@@ -26,6 +26,7 @@ from meshlab_specsmooth.edge_aware.pieces import cut_sample, sample_of
 from meshlab_specsmooth.edge_aware.regions import Region
 from meshlab_specsmooth.edge_aware.result import DRAWN_IN, Considered, EdgeAwareResult, Setting
 from meshlab_specsmooth.edge_aware.search import Fixed, Row, drawn_in, estimate_on, guide_weight, ranked, searched
+from meshlab_specsmooth.graph import blocks
 from meshlab_specsmooth.guard import Change, compare_shapes
 from meshlab_specsmooth.memory import require
 from meshlab_specsmooth.noise import IMPULSE, MOST_WEIGHT, UNCLEAR, Noise, measure, nothing
@@ -47,6 +48,7 @@ _BYTES_PER_FACE = 900
 FAVORS = tuple(_FAVORING)
 
 
+@blocks.one_blas_thread()
 def denoised(
     surface: Surface,
     favor: str,

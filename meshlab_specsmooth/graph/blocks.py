@@ -6,9 +6,11 @@ import contextlib
 import functools
 import itertools
 import os
-from collections.abc import Callable, Iterable
+import threading
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -24,8 +26,11 @@ _WORTH_A_THREAD = 3 * 2**16
 # So many rows of three are reduced side by side
 _ABREAST = 64
 
-Work = Callable[[int, int], None]
+Work = Callable[[int, int], object]
 Item = TypeVar("Item")
+
+#: Memory of the last call for the next: a list of arrays, or none while a call has it.
+Spare = deque[list[Floats]]
 
 
 def threads() -> int:
@@ -64,7 +69,7 @@ def in_slices(work: Callable[[slice], object], n: int) -> None:
     in_threads(of_rows, n)
 
 
-def each(work: Callable[[Item], None], items: Iterable[Item]) -> None:
+def each(work: Callable[[Item], object], items: Iterable[Item]) -> None:
     """Call ``work(item)`` for each, in threads."""
     first, *others = items
     waiting = [_pool().submit(work, item) for item in others]
@@ -88,15 +93,29 @@ def reduced(of: np.ufunc, X: Floats) -> Floats:
     return np.asarray(of.reduce(rows, axis=0))
 
 
+def no_spare() -> Spare:
+    """Memory that calls hand on to each other, with none in it yet."""
+    return deque(maxlen=1)
+
+
+def take_spare(spare: Spare) -> list[Floats]:
+    """The memory that is there, for one call alone; a call beside it, in another thread, finds none.
+
+    A call works with a list of its own and appends it to ``spare`` at its end. Both are atomic, so two calls never
+    share an array.
+    """
+    try:
+        return spare.pop()
+    except IndexError:  # asking first would be no use: another thread may take it in between
+        return []
+
+
 def taken(spare: list[Floats], like: Floats) -> Floats:
     """Memory of that shape, to be written over: from what is spare, or new.
 
     New memory is cleared by the system, page by page: on large meshes that took a quarter of the time.
     """
-    try:
-        return spare.pop()
-    except IndexError:  # asking first would be no use: another thread may take the last one in between
-        return np.empty_like(like)
+    return spare.pop() if spare else np.empty_like(like)
 
 
 def rows(block: int, n: int) -> slice:
@@ -104,14 +123,55 @@ def rows(block: int, n: int) -> slice:
     return slice(block * ROWS, min((block + 1) * ROWS, n))
 
 
-def one_blas_thread() -> contextlib.AbstractContextManager[object]:
-    """Have BLAS leave the threads to us, where the extra ``fast`` is installed.
+@contextlib.contextmanager
+def one_blas_thread() -> Iterator[None]:
+    """Have BLAS leave the threads to us, where the extra ``fast`` is installed; as a context, or as a decorator.
 
     Its own threads wait for each other by spinning: many small products take longer with two than with one, and up to
-    four times as long while the processors have other work. And its bits depend on how many there are.
+    four times as long while the processors have other work. And its bits depend on how many there are, so every call
+    of which the same bits are promised is inside of one as a whole.
+
+    The limit is the process's. Of calls at once, in several threads, the first sets it and the last lifts it.
     """
     try:
-        import threadpoolctl
+        import threadpoolctl  # noqa: F401 (asked for each time, so that it may be hidden)
     except ImportError:
-        return contextlib.nullcontext()
-    return threadpoolctl.threadpool_limits(1, user_api="blas")  # type: ignore[no-any-return]
+        yield
+        return
+    _limit.begin()
+    try:
+        yield
+    finally:
+        _limit.end()
+
+
+class _BlasLimit:
+    """A limit of one thread, for as long as anybody needs it."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._holders = 0
+        self._lift = contextlib.ExitStack()
+
+    def begin(self) -> None:
+        with self._lock:
+            if self._holders == 0:
+                self._lift.enter_context(_blas().limit(limits=1, user_api="blas"))
+            self._holders += 1
+
+    def end(self) -> None:
+        with self._lock:
+            self._holders -= 1
+            if self._holders == 0:
+                self._lift.close()
+
+
+_limit = _BlasLimit()
+
+
+@functools.cache
+def _blas() -> Any:
+    """The libraries that numpy and scipy have loaded, which takes a hundred times as long as to limit them."""
+    import threadpoolctl
+
+    return threadpoolctl.ThreadpoolController()

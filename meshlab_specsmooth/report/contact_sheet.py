@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from meshlab_specsmooth import processes
 from meshlab_specsmooth.bridge import files, meshset
 from meshlab_specsmooth.report import pictures
 from meshlab_specsmooth.surface import Surface
@@ -21,12 +22,6 @@ from meshlab_specsmooth.surface import Surface
 # a sheet: so many pairs beside and below each other, a picture so many pixels wide and high
 _COLUMNS, _ROWS, _SIZE = 3, 8, 180
 _LONGEST_TITLE = 24
-
-_DRAW = """
-import json, sys
-from meshlab_specsmooth.report.contact_sheet import contact_sheet
-contact_sheet(*json.load(sys.stdin))
-"""
 
 
 def draw_apart(folder: Path, pairs: Sequence[tuple[str, str]]) -> tuple[str, ...]:
@@ -50,7 +45,8 @@ def draw_apart(folder: Path, pairs: Sequence[tuple[str, str]]) -> tuple[str, ...
     for number, first in enumerate(range(0, len(pairs), per_sheet), start=1):
         path = str(folder / f"contact-{number}.png")
         done = subprocess.run(  # noqa: S603 (our own code)
-            [sys.executable, "-c", _DRAW],
+            processes.command(draw_asked),
+            env=processes.environment(),
             input=json.dumps([path, pairs[first : first + per_sheet]]).encode(),
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
@@ -59,6 +55,11 @@ def draw_apart(folder: Path, pairs: Sequence[tuple[str, str]]) -> tuple[str, ...
         if done.returncode == 0:
             drawn.append(path)
     return tuple(drawn)
+
+
+def draw_asked() -> None:
+    """Draw the sheet that standard input asks for, in JSON: the arguments of :func:`contact_sheet`."""
+    contact_sheet(*json.load(sys.stdin))
 
 
 def contact_sheet(path: str | os.PathLike[str], pairs: Sequence[tuple[str, str]]) -> None:

@@ -107,7 +107,8 @@ class Projection:
     ) -> Floats:
         """D^-1/2 U h(Lambda) U^T D^1/2 X: the projection is in the D-inner product, where L is symmetric."""
         U, root = self.basis.vectors, np.sqrt(L.degree)
-        return np.asarray(U @ (self.response(self.basis.eigenvalues)[:, None] * (U.T @ (X * root)))) / root
+        with blocks.one_blas_thread():
+            return np.asarray(U @ (self.response(self.basis.eigenvalues)[:, None] * (U.T @ (X * root)))) / root
 
 
 def complete(S: csr_array, progress: Progress | None = None) -> Eigenbasis:

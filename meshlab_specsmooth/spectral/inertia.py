@@ -13,6 +13,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import SuperLU, splu
 
 from meshlab_specsmooth.errors import NotConverged, TooLarge
+from meshlab_specsmooth.graph import blocks
 from meshlab_specsmooth.spectral.cutoff import Cutoff
 
 # Eigenvalues this close, on a spectrum that is 2 wide, are equal but for rounding
@@ -86,6 +87,7 @@ def count_below(S: csr_array, eigenvalue: float) -> int:
     return factored(S, eigenvalue).below
 
 
+@blocks.one_blas_thread()
 def factored(S: csr_array, eigenvalue: float, reach: float = _REACH) -> Factored:
     """S - eigenvalue I, factored at that eigenvalue or, where that is unsound, near by.
 
