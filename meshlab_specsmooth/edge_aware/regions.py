@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -105,10 +106,11 @@ def region_of(
     kept = None if features is None else feature_gain * weights("features", features, n)
     pairs, angle = None, None
     if creases is not None:
-        if np.ndim(creases) == 0:
+        given = _array(creases)
+        if given.ndim == 0:
             angle = _angle(creases)
         else:
-            pairs = _pairs(creases, surface.faces, n)
+            pairs = _pairs(given, surface.faces, n)
     return Region(
         boundary,
         None if inside is None or inside.all() else inside,
@@ -125,12 +127,15 @@ def _angle(given: object) -> float:
     return float(given)  # type: ignore[arg-type]
 
 
-def _pairs(given: npt.ArrayLike, F: Integers, n: int) -> Integers:
-    """(k, 2) int32, each an edge of a face."""
+def _array(given: object) -> npt.NDArray[Any]:
     try:
-        array = np.asarray(given)
+        return np.asarray(given)
     except ValueError as error:
         raise InvalidParameter(f"creases is no array of vertex pairs ({error})") from error
+
+
+def _pairs(array: npt.NDArray[Any], F: Integers, n: int) -> Integers:
+    """(k, 2) int32, each an edge of a face."""
     if array.ndim != 2 or array.shape[1] != 2:
         if array.shape == (0,):
             return np.empty((0, 2), dtype=np.int32)
