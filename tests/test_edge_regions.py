@@ -240,6 +240,8 @@ def test_creases_that_are_none_are_refused_with_the_first_bad_row(creases, words
         {"features": np.full(218, np.nan)},
         {"feature_gain": -1},
         {"feature_gain": np.inf},
+        {"feature_gain": "1"},
+        {"feature_gain": np.ones(2)},
         {"boundary": "open"},
     ],
 )

@@ -99,8 +99,8 @@ def region_of(
         Names the parameter, and the first vertex or row that is wrong.
     """
     check_name("boundary", boundary, BOUNDARIES)
-    if not 0 <= feature_gain < np.inf:
-        raise InvalidParameter(f"feature_gain is {feature_gain}; it must be finite and not negative")
+    if not _is_number(feature_gain) or not 0 <= feature_gain < np.inf:
+        raise InvalidParameter(f"feature_gain is {feature_gain!r}; it must be a number, finite and not negative")
     n = len(surface.vertices)
     inside = None if mask is None else weights("mask", mask, n) > 0
     kept = None if features is None else feature_gain * weights("features", features, n)
@@ -121,10 +121,13 @@ def region_of(
 
 
 def _angle(given: object) -> float:
-    is_number = isinstance(given, int | float | np.integer | np.floating) and not isinstance(given, bool)
-    if not is_number or not 0 < given < 180:  # type: ignore[operator]
+    if not _is_number(given) or not 0 < given < 180:  # type: ignore[operator]
         raise InvalidParameter(f"creases is {given!r}; an angle lies between 0 and 180 degrees, both excluded")
     return float(given)  # type: ignore[arg-type]
+
+
+def _is_number(given: object) -> bool:
+    return isinstance(given, int | float | np.integer | np.floating) and not isinstance(given, bool)
 
 
 def _array(given: object) -> npt.NDArray[Any]:
