@@ -7,7 +7,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth.bridge import files, filters, meshset
+from meshlab_specsmooth.bridge import creases, files, filters, meshset
 from meshlab_specsmooth.bridge.creases import selected_edges
 from meshlab_specsmooth.cli import main
 from meshlab_specsmooth.compare.metrics import normal_error
@@ -17,7 +17,7 @@ from meshlab_specsmooth.edge_aware.filtering import low_pass
 from meshlab_specsmooth.edge_aware.regions import Region
 from meshlab_specsmooth.graph.creases import cut_along, cut_graph, find_creases
 from meshlab_specsmooth.graph.faces import neighbours
-from meshlab_specsmooth.surface import boundary_vertices, edges
+from meshlab_specsmooth.surface import boundary_vertices
 from tests import state
 from tests.meshes import rough, sheet, torus
 from tests.test_edge_aware import box
@@ -97,7 +97,7 @@ def test_features_are_smoothed_as_the_rest_kept_or_enhanced():
 
 @pytest.mark.parametrize("function", [mss.denoise, mss.smooth_edge_aware])
 def test_a_fixed_boundary_stays_to_the_bit_so_that_tiles_fit(function):
-    V, F = sheet(12, 31)
+    V = sheet(12, 31)[0]
     V = V + 0.15 * np.random.default_rng(2).standard_normal(V.shape)
     grid = V.reshape(12, 31, 3)
     tile = sheet(12, 16)[1]
@@ -206,7 +206,7 @@ def test_soft_settings_do_not_round_what_is_a_crease():
 
 
 @pytest.mark.parametrize(
-    ("creases", "words"),
+    ("edges", "words"),
     [
         ([[0, 1], [0, 217]], r"creases\[1\] is \(0, 217\), which is no edge"),
         ([[0, 1], [0, 218]], r"creases\[1\] is \(0, 218\); vertices are numbered from 0 to 217"),
@@ -226,10 +226,10 @@ def test_soft_settings_do_not_round_what_is_a_crease():
         (1j, "angle"),
     ],
 )
-def test_creases_that_are_none_are_refused_with_the_first_bad_row(creases, words):
+def test_creases_that_are_none_are_refused_with_the_first_bad_row(edges, words):
     for function in (mss.denoise, mss.smooth_edge_aware):
         with pytest.raises(mss.InvalidParameter, match=words):
-            function(*BOX, creases=creases)
+            function(*BOX, creases=edges)
 
 
 @pytest.mark.parametrize(
@@ -342,6 +342,12 @@ def test_selected_edges_are_creases(name):
     with pytest.raises(mss.InvalidParameter, match="no edge is selected"):
         filters.FILTERS[name](by_angle, creases="edge_selection")
     assert issubclass(filters.RefusedParameter, pymeshlab.PyMeshLabException)
+
+
+def test_edges_that_are_written_in_another_way_are_an_error_with_a_remedy(monkeypatch):
+    monkeypatch.setattr(creases, "_ELEMENTS", "element vertex {vertices}\nproperty float x\n")
+    with pytest.raises(mss.MeshSetError, match="give an angle"):
+        selected_edges(meshset.new(*BOX))
 
 
 def test_the_command_takes_them_and_says_it_once(tmp_path, capsys):
