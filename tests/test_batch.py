@@ -12,6 +12,7 @@ import sys
 import time
 from pathlib import Path
 
+import numpy as np
 import pymeshlab
 import pytest
 
@@ -198,6 +199,23 @@ def test_the_noise_that_was_measured_is_in_the_summary(tmp_path, in_this_process
     (outcome,) = batch([path], tmp_path / "other").outcomes
     assert outcome.noise == pytest.approx(mss.estimate_noise(V, F).level)
     assert outcome.cutoff > 0
+
+
+def test_denoising_takes_its_own_options_and_reports_a_selection(tmp_path, in_this_process, capsys):
+    ms = meshset.new(*rough(sheet(9, 6)))
+    ms.compute_selection_by_condition_per_vertex(condselect="vi < 30")
+    ms.save_current_mesh(str(tmp_path / "tile.ply"), save_vertex_flag=True)
+    out = tmp_path / "out"
+    options = ["--denoise", "--boundary", "fixed", "--crease-angle", "60", "--no-pictures"]
+    assert main(["batch", str(tmp_path / "tile.ply"), "--out", str(out), *options]) == 0
+    line = "30 of 54 vertices are selected: only these are smoothed"
+    printed = capsys.readouterr()
+    assert line in printed.out
+    assert line not in printed.err
+    assert line in (out / "summary.csv").read_text()
+    V, F = meshset.pull(files.read(tmp_path / "tile.ply"))
+    expected = mss.denoise(V, F, mask=np.arange(54) < 30, boundary="fixed", creases=60)
+    assert np.array_equal(meshset.pull(files.read(out / "tile.ply"))[0], expected.vertices)
 
 
 def test_wrong_settings_are_refused_before_anything_is_done(tmp_path):

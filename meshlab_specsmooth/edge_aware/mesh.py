@@ -118,6 +118,8 @@ def smooth_isotropically(mesh: Mesh, V: Floats, weight: float) -> Floats:
     it inwards.
     """
     boundary = "free" if mesh.boundary == "auto" else mesh.boundary
+    if mesh.cut is not None and not mesh.rim.any():
+        boundary = "fixed"  # the only rims are those of the cut: what is one-sided there is not to be passed on
     X = _isotropic(mesh, V, barycenter_weight=weight, response="heat", boundary=boundary).vertices
     at_rim = X[mesh.rim]
     if mesh.drifting < 1:

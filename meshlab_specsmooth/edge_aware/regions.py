@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -96,17 +97,18 @@ def region_of(
         Names the parameter, and the first vertex or row that is wrong.
     """
     check_name("boundary", boundary, BOUNDARIES)
-    if not 0 <= feature_gain < np.inf:
-        raise InvalidParameter(f"feature_gain is {feature_gain}; it must be finite and not negative")
+    if not _is_number(feature_gain) or not 0 <= feature_gain < np.inf:
+        raise InvalidParameter(f"feature_gain is {feature_gain!r}; it must be a number, finite and not negative")
     n = len(surface.vertices)
     inside = None if mask is None else weights("mask", mask, n) > 0
     kept = None if features is None else feature_gain * weights("features", features, n)
     pairs, angle = None, None
     if creases is not None:
-        if np.ndim(creases) == 0:
+        given = _array(creases)
+        if given.ndim == 0:
             angle = _angle(creases)
         else:
-            pairs = _pairs(creases, surface.faces, n)
+            pairs = _pairs(given, surface.faces, n)
     return Region(
         boundary,
         None if inside is None or inside.all() else inside,
@@ -117,18 +119,24 @@ def region_of(
 
 
 def _angle(given: object) -> float:
-    is_number = isinstance(given, int | float | np.integer | np.floating) and not isinstance(given, bool)
-    if not is_number or not 0 < given < 180:  # type: ignore[operator]
+    if not _is_number(given) or not 0 < given < 180:  # type: ignore[operator]
         raise InvalidParameter(f"creases is {given!r}; an angle lies between 0 and 180 degrees, both excluded")
     return float(given)  # type: ignore[arg-type]
 
 
-def _pairs(given: npt.ArrayLike, F: Integers, n: int) -> Integers:
-    """(k, 2) int32, each an edge of a face."""
+def _is_number(given: object) -> bool:
+    return isinstance(given, int | float | np.integer | np.floating) and not isinstance(given, bool)
+
+
+def _array(given: object) -> npt.NDArray[Any]:
     try:
-        array = np.asarray(given)
+        return np.asarray(given)
     except ValueError as error:
         raise InvalidParameter(f"creases is no array of vertex pairs ({error})") from error
+
+
+def _pairs(array: npt.NDArray[Any], F: Integers, n: int) -> Integers:
+    """(k, 2) int32, each an edge of a face."""
     if array.ndim != 2 or array.shape[1] != 2:
         if array.shape == (0,):
             return np.empty((0, 2), dtype=np.int32)
