@@ -56,8 +56,8 @@ class Change:
     @property
     def is_large(self) -> bool:
         """Whether a volume or a size has changed by per cents."""
-        volume = self.volume[np.isfinite(self.volume)]
-        return bool((np.abs(volume) > _LARGE).any() or (np.abs(self.size) > _LARGE).any())
+        # the size is a number unless it left the range of numbers
+        return bool((np.abs(self.volume) > _LARGE).any() or (~(np.abs(self.size) <= _LARGE)).any())
 
     def describe_replaced(self, what: str) -> str:
         """That another result is returned, and why."""
@@ -74,6 +74,7 @@ class Change:
         return ", ".join(f"{name} by {100 * x:+.1f} %" for name, x in largest if abs(x) >= _WORTH_SAYING)
 
 
+@np.errstate(over="ignore", invalid="ignore")  # a given setting may throw vertices anywhere; infinite is large
 def compare_shapes(
     X: Floats, Y: Floats, F: Integers, closed: Booleans, labels: npt.NDArray[np.int32] | None, noise: Noise
 ) -> Change:

@@ -270,7 +270,7 @@ class Prepared:
         check_name("favor", favor, FAVORS)
         check_name("response", response, ("auto", *RESPONSES))
         if len(self.moving) == 0:
-            return self._nowhere(response, barycenter_weight or MOST_WEIGHT, began)
+            return self._nowhere(modes, wavelength, response, barycenter_weight or MOST_WEIGHT, began)
         all_chosen = modes is wavelength is barycenter_weight is None
         responses = (response,) if response != "auto" else _CHOSEN_FROM if all_chosen else ("ideal",)
         response = responses[-1]
@@ -346,7 +346,7 @@ class Prepared:
 
         _check_weight(barycenter_weight)
         if len(self.moving) == 0:
-            return self._nowhere(response, barycenter_weight, start)
+            return self._nowhere(None, None, response, barycenter_weight, start)
 
         def band_pass(L: Laplacian, scale: float, seen: PassedOn) -> Design:
             return design_band(
@@ -388,7 +388,7 @@ class Prepared:
         start = time.perf_counter()
         designing, progress = self._shares(method, progress)
         if len(self.moving) == 0:
-            return self._nowhere(response, 0.0, start)
+            return self._nowhere(modes, wavelength, response, 0.0, start)
         low_pass = self._design(modes, wavelength, response, method, counting, None, designing)
         displacement = low_pass.filter.apply(self.L, self.positions, progress) - self.positions
         if mask is not None:
@@ -658,8 +658,13 @@ class Prepared:
         displacement = without_drift(displacement, self.positions, self.faces, chosen.choice.noise)
         return self._with_displacement(result, displacement)
 
-    def _nowhere(self, response: str, weight: float, began: float) -> SmoothingResult:
+    def _nowhere(
+        self, modes: int | None, wavelength: float | None, response: str, weight: float, began: float
+    ) -> SmoothingResult:
         """For a mesh without an edge: all of its vertices stay."""
+        if modes is not None:
+            _whole("modes", modes)
+        self._in_edges("wavelength", wavelength, DEFAULT_WAVELENGTH_IN_EDGES)
         return SmoothingResult(
             vertices=self.surface.vertices.copy(),
             cutoff=2.0,

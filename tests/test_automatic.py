@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth import automatic
+from meshlab_specsmooth import automatic, patches
 from meshlab_specsmooth.surface import face_vectors, vertex_normals
 from tests.meshes import edge_of, impulses, kinds_of_noise, noisy, remeshed_box, sheet, torus
 
@@ -107,11 +107,11 @@ def test_a_rim_moves_across_the_surface_where_neighbours_share_the_noise():
 def test_large_meshes_are_judged_by_patches(monkeypatch):
     V, F = noisy(BOX, 0.2)
     whole = mss.smooth(V, F)
-    monkeypatch.setattr(automatic, "_WHOLE", 1000)
-    monkeypatch.setattr(automatic, "_PATCH", 700)
-    patches = mss.smooth(V, F)
-    assert patches.noise.level == pytest.approx(whole.noise.level, rel=0.1)
-    assert across(patches.vertices, BOX) < 1.1 * across(whole.vertices, BOX)
+    monkeypatch.setattr(patches, "WHOLE", 1000)
+    monkeypatch.setattr(patches, "_SIZE", 700)
+    by_patches = mss.smooth(V, F)
+    assert by_patches.noise.level == pytest.approx(whole.noise.level, rel=0.1)
+    assert across(by_patches.vertices, BOX) < 1.1 * across(whole.vertices, BOX)
 
 
 @pytest.mark.no_cover

@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given, settings
 
 import meshlab_specsmooth as mss
+from meshlab_specsmooth import patches
 from meshlab_specsmooth.bridge import files, meshset
 from meshlab_specsmooth.compare.metrics import normal_error, vertex_error, volume_change
 from meshlab_specsmooth.edge_aware import mesh as mesh_of_edges
-from meshlab_specsmooth.edge_aware import pieces
 from meshlab_specsmooth.graph import faces, faces_compiled
 from tests.meshes import box, flaws, meshes, rough, sheet, torus
 
@@ -212,8 +212,8 @@ def test_any_soup_gives_a_finite_result(mesh):
 
 def test_the_search_runs_on_pieces_of_a_large_mesh(monkeypatch):
     V, F = rough(box(30), 0.2, seed=2)
-    monkeypatch.setattr(pieces, "_SEARCHED_FACES", 5_000)
-    monkeypatch.setattr(pieces, "_PIECE_FACES", 1_000)
+    monkeypatch.setattr(patches, "WHOLE", 2_500)
+    monkeypatch.setattr(patches, "_SIZE", 500)
     result = mss.smooth_edge_aware(V, F)
     assert result.noise.level == pytest.approx(0.2 * mss.surface.mean_edge_length(mss.Surface(*box(30))), rel=0.15)
     assert normal_error(mss.Surface(result.vertices, F), mss.Surface(*box(30))) < 4

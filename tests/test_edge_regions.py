@@ -7,6 +7,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 import meshlab_specsmooth as mss
+from meshlab_specsmooth import patches
 from meshlab_specsmooth.bridge import creases, files, filters, meshset
 from meshlab_specsmooth.bridge.creases import selected_edges
 from meshlab_specsmooth.cli import main
@@ -74,10 +75,10 @@ def test_noise_and_setting_are_those_of_the_selected_part(monkeypatch):
     # too small a part to tell
     assert smoothed((V, F), mask=np.arange(1200) < 100).noise.level == whole.noise.level
     # pieces of a large mesh are taken where it is selected
-    monkeypatch.setattr(pieces, "_SEARCHED_FACES", 1000)
-    monkeypatch.setattr(pieces, "_PIECE_FACES", 400)
+    monkeypatch.setattr(patches, "WHOLE", 500)
+    monkeypatch.setattr(patches, "_SIZE", 200)
     mesh = mesh_of_edges.built(*(lambda V, F: (V, F.astype(np.int32)))(*torus(60, 30)), np.arange(1800) < 900)
-    sample = pieces.sample_of(mesh)
+    sample, _, _ = pieces.sample_of(mesh)
     found = {tuple(p) for p in sample.V[sample.counts]}
     assert len(found) >= 200
     assert found <= {tuple(p) for p in mesh.V[:900]}

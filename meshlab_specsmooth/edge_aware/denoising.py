@@ -77,11 +77,13 @@ def denoised(
         result = _denoise_mesh(mesh, favor, fixed, region, with_isotropic, progress)
     has_place = place >= 0
     step = np.zeros_like(V)
-    step[has_place] = ((result.vertices - X) * h)[place[has_place]]
+    step[has_place] = (result.vertices - X)[place[has_place]]
+    displacement = float(np.sqrt((step**2).sum() / len(V))) * h
+    step *= h
     return replace(
         _scaled(result, h),
         vertices=np.where(step != 0, V + step, V),
-        displacement=float(np.sqrt((step**2).sum() / len(V))),
+        displacement=displacement,
         welded=welded,
         outliers=moving[result.outliers].astype(np.int64),
         warning="; ".join(
@@ -161,7 +163,10 @@ def _denoise_mesh(
             mesh, outliers = given_mesh, outliers[:0]
         unchanged = _untouched(mesh.V, noise, max(noise.level, noise.resolution), _volume_change(given_mesh, mesh.V))
         return replace(
-            unchanged, outliers=outliers, warning=_joined(describe_outliers(outliers), None if stays else noise.warning)
+            unchanged,
+            outliers=outliers,
+            creases=0 if region.creases is None else len(region.creases),
+            warning=_joined(describe_outliers(outliers), None if stays else noise.warning),
         )
     X, level = mesh.V, noise.level * _FAVORING[favor]
     whole = mesh

@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from meshlab_specsmooth.edge_aware.mesh import Mesh, built, with_creases
 from meshlab_specsmooth.noise import Sheet, sheet
-from meshlab_specsmooth.patches import MIN_COUNTED, WHOLE, draw_sample
+from meshlab_specsmooth.patches import MIN_COUNTED, draw_sample
 from meshlab_specsmooth.surface import Integers
 
 
@@ -28,7 +28,7 @@ def sample_of(mesh: Mesh) -> tuple[Mesh, Sheet, npt.NDArray[np.integer]]:
     drawn = draw_sample(mesh.V[prepared.moving], prepared.faces, prepared.L, mesh.counts[prepared.moving])
     at = prepared.moving[drawn.vertices]
     on = sheet(mesh.V[at], drawn.faces, mesh.counts[at])
-    counts = mesh.counts[at] if len(mesh.V) <= WHOLE else on.inner
+    counts = mesh.counts[at] if len(at) == len(mesh.V) else on.inner
     if counts.sum() < MIN_COUNTED:
         counts = np.ones_like(counts)
     return built(mesh.V[at], drawn.faces, counts), on, at
