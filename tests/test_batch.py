@@ -392,7 +392,8 @@ def dask(folder, count, **environment):
     pytest.importorskip("distributed")
     file = folder / "scheduler.json"
     given = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "cwd": folder}
-    given["env"] = {**os.environ, **environment}
+    untraced = {name: value for name, value in os.environ.items() if not name.startswith("COVERAGE_")}
+    given["env"] = {**untraced, **environment}
     command = [sys.executable, "-m", "dask"]
     here = ["--host", "127.0.0.1", "--scheduler-file", file, "--no-dashboard"]
     processes = [subprocess.Popen([*command, "scheduler", *here, "--port", "0"], **given)]
@@ -456,7 +457,6 @@ def test_a_cluster_gives_the_same_bits_though_a_worker_is_killed(tmp_path, four_
 
 
 @posix
-@pytest.mark.no_cover
 def test_on_a_cluster_a_mesh_that_kills_its_process_or_its_worker_costs_no_other(tmp_path, monkeypatch, four_workers):
     inputs, out = scans(tmp_path / "in", 2), tmp_path / "out"
     for path in (inputs / "killed.ply", inputs / "kills its worker.ply", tmp_path / "endless.ply"):
