@@ -9,6 +9,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -363,7 +364,7 @@ def test_what_is_left_by_the_dead_is_removed_and_by_the_living_not(tmp_path):
 
 @contextlib.contextmanager
 def dask(folder, count, **environment):
-    """A scheduler and so many workers, each a process: its address, and the workers."""
+    """A scheduler and so many workers, each a process: its address, the workers, and the scheduler."""
     pytest.importorskip("distributed")
     file = folder / "scheduler.json"
     given = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "cwd": folder}
@@ -375,7 +376,7 @@ def dask(folder, count, **environment):
         until(lambda: file.exists() and file.stat().st_size > 0)  # it is made empty, and written in one go
         worker = [*command, "worker", *here, "--nthreads", "1", "--no-nanny", "--local-directory", folder]
         processes += [subprocess.Popen(worker, **given) for _ in range(count)]
-        yield json.loads(file.read_text())["address"], processes[1:]
+        yield json.loads(file.read_text())["address"], processes[1:], processes[0]
     finally:
         for process in reversed(processes):
             process.kill()
@@ -387,12 +388,21 @@ def test_a_cluster_gives_the_same_bits_though_a_worker_is_killed(tmp_path):
     inputs = scans(tmp_path / "in", 6, (60, 50))
     (inputs / "damaged.ply").write_text("ply\n")
     out, here = tmp_path / "cluster", tmp_path / "local"
-    with dask(tmp_path, 2) as (address, workers):
+    with dask(tmp_path, 2) as (address, workers, scheduler):
         given = command(inputs, "--out", out, "--passes", 3, "--scheduler", address)
         with subprocess.Popen(given, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
             until(lambda: len(records(out)) >= 2)
             workers[0].kill()
             printed, error = process.communicate()
+        lost = command(*inputs.glob("scan*"), "--out", tmp_path / "lost", "--scheduler", address)
+        with subprocess.Popen(lost, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as without:
+            without.stdout.readline()  # that of the first mesh
+            scheduler.kill()
+            _, complaint = without.communicate(timeout=60)
+    assert (without.returncode, complaint) == (
+        1,
+        f"specsmooth: {address}: the scheduler is lost; what is done is recorded\n",
+    )
     assert process.returncode == 1
     assert "1 of 7 meshes failed" in error
     lines = printed.splitlines()
@@ -427,7 +437,7 @@ def test_on_a_cluster_a_mesh_that_kills_its_process_or_its_worker_costs_no_other
     monkeypatch.setattr(cluster, "run_there", importlib.import_module("fatal_jobs").run_or_die)
     # with this setting Dask gives up all that a worker had which died
     environment = {"DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "0", "PYTHONPATH": str(tmp_path)}
-    with dask(tmp_path, 3, **environment) as (address, workers):
+    with dask(tmp_path, 3, **environment) as (address, workers, _):
         summary = batch(inputs, out, scheduler=address)
         late = batch(tmp_path / "endless.ply", out, scheduler=address, time_limit=1.0)
         assert sum(worker.poll() is not None for worker in workers) == 2  # it was tried twice
@@ -441,6 +451,18 @@ def test_on_a_cluster_a_mesh_that_kills_its_process_or_its_worker_costs_no_other
     assert "crashed (SIGKILL)" in reasons["killed"]
     assert reasons["kills its worker"] == "every Dask worker that had it died"
     assert [outcome.reason for outcome in late.outcomes] == ["given up after 1 s"]
+
+
+@pytest.mark.parametrize(
+    "address",
+    ["127.0.0.1", "nonsense", "", ":", "tcp://127.0.0.1:none", "tcp://127.0.0.1:99999", "a://b:1", "inproc://a"],
+)
+def test_an_address_that_is_none_is_refused_at_once(address, tmp_path):
+    pytest.importorskip("distributed")
+    before = threading.active_count()
+    with pytest.raises(mss.ClusterError, match="there is no Dask scheduler"):
+        batch(scans(tmp_path / "in", 1), tmp_path / "out", scheduler=address)
+    assert threading.active_count() == before  # a client that finds none leaves one, for which the process waits
 
 
 def test_no_cluster_is_one_line(tmp_path, monkeypatch, capsys):
