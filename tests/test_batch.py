@@ -9,6 +9,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -388,7 +389,7 @@ def test_what_is_left_by_the_dead_is_removed_and_by_the_living_not(tmp_path):
 
 @contextlib.contextmanager
 def dask(folder, count, **environment):
-    """A scheduler and so many workers, each a process: its address, and the workers."""
+    """A scheduler and so many workers, each a process: its address, the workers, and the scheduler."""
     pytest.importorskip("distributed")
     file = folder / "scheduler.json"
     given = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "cwd": folder}
@@ -401,7 +402,7 @@ def dask(folder, count, **environment):
         until(lambda: file.exists() and file.stat().st_size > 0)  # it is made empty, and written in one go
         worker = [*command, "worker", *here, "--nthreads", "1", "--no-nanny", "--local-directory", folder]
         processes += [subprocess.Popen(worker, **given) for _ in range(count)]
-        yield json.loads(file.read_text())["address"], processes[1:]
+        yield json.loads(file.read_text())["address"], processes[1:], processes[0]
     finally:
         for process in reversed(processes):
             process.kill()
@@ -423,13 +424,13 @@ def run_or_die(job, size, time_limit):
 
 @pytest.fixture(scope="module")
 def four_workers(tmp_path_factory):
-    """One cluster for all tests, as its processes take seconds to start; its address, its workers, and its folder."""
+    """One cluster for all tests, as its processes take seconds to start; its address, workers, folder and scheduler."""
     folder = tmp_path_factory.mktemp("dask")
     (folder / "fatal_jobs.py").write_text(FATAL)
     # with this setting Dask gives up all that a worker had which died
     environment = {"DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "0", "PYTHONPATH": str(folder)}
-    with dask(folder, 4, **environment) as (address, workers):
-        yield address, workers, folder
+    with dask(folder, 4, **environment) as (address, workers, scheduler):
+        yield address, workers, folder, scheduler
 
 
 @posix
@@ -438,7 +439,7 @@ def test_a_cluster_gives_the_same_bits_though_a_worker_is_killed(tmp_path, four_
     inputs = scans(tmp_path / "in", 4)
     (inputs / "damaged.ply").write_text("ply\n")
     out, here = tmp_path / "cluster", tmp_path / "local"
-    address, workers, _ = four_workers
+    address, workers, _, _ = four_workers
     given = command(inputs, "--out", out, "--scheduler", address)
     with subprocess.Popen(given, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         until(lambda: records(out))
@@ -461,7 +462,7 @@ def test_on_a_cluster_a_mesh_that_kills_its_process_or_its_worker_costs_no_other
     inputs, out = scans(tmp_path / "in", 2), tmp_path / "out"
     for path in (inputs / "killed.ply", inputs / "kills its worker.ply", tmp_path / "endless.ply"):
         shutil.copy(inputs / "scan0.ply", path)
-    address, workers, folder = four_workers
+    address, workers, folder, _ = four_workers
     monkeypatch.syspath_prepend(folder)
     monkeypatch.setattr(cluster, "run_there", importlib.import_module("fatal_jobs").run_or_die)
     alive = [worker for worker in workers if worker.poll() is None]
@@ -478,6 +479,31 @@ def test_on_a_cluster_a_mesh_that_kills_its_process_or_its_worker_costs_no_other
     assert "crashed (SIGKILL)" in reasons["killed"]
     assert reasons["kills its worker"] == "every Dask worker that had it died"
     assert [outcome.reason for outcome in late.outcomes] == ["given up after 1 s"]
+
+
+@pytest.mark.parametrize(
+    "address",
+    ["127.0.0.1", "nonsense", "", ":", "tcp://127.0.0.1:none", "tcp://127.0.0.1:99999", "a://b:1", "inproc://a"],
+)
+def test_an_address_that_is_none_is_refused_at_once(address, tmp_path):
+    pytest.importorskip("distributed")
+    before = threading.active_count()
+    with pytest.raises(mss.ClusterError, match="there is no Dask scheduler"):
+        batch(scans(tmp_path / "in", 1), tmp_path / "out", scheduler=address)
+    assert threading.active_count() == before  # a client that finds none leaves one, for which the process waits
+
+
+@posix
+@pytest.mark.no_cover
+def test_a_scheduler_that_dies_is_one_line(tmp_path, four_workers):
+    address, _, _, scheduler = four_workers
+    given = command(scans(tmp_path / "in"), "--out", tmp_path / "lost", "--scheduler", address)
+    with subprocess.Popen(given, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        process.stdout.readline()  # that of the first mesh
+        scheduler.kill()
+        _, complaint = process.communicate(timeout=60)
+    expected = f"specsmooth: {address}: the scheduler is lost; what is done is recorded\n"
+    assert (process.returncode, complaint) == (1, expected)
 
 
 @pytest.mark.no_cover

@@ -1,5 +1,6 @@
 """The bridge: coordinates go in to the bit, and nothing else changes."""
 
+import functools
 import os
 import subprocess
 import sys
@@ -9,7 +10,8 @@ import pymeshlab
 import pytest
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth.bridge import files, meshset
+from meshlab_specsmooth import descriptors
+from meshlab_specsmooth.bridge import files, meshset, scripts
 from tests import state
 from tests.meshes import torus
 
@@ -95,6 +97,70 @@ def test_nothing_is_printed_and_the_verbosity_stays(verbosity):
         assert "Applying filter apply_coord_laplacian_smoothing" in printed
         for helper in ("morphing", "delete", "Reading filter"):
             assert helper not in printed
+
+
+def test_a_call_takes_as_long_after_many_others(monkeypatch):
+    """The script is neither saved nor loaded, and the standard streams are left alone: until somebody looks at it."""
+    ms = meshset.new(*torus(6, 5))
+    call = functools.partial(mss.compute_scalar_by_spectral_displacement, ms, modes=5, barycenter_weight=1.0)
+    call()  # asks once what is printed
+
+    def fail(*_):
+        raise AssertionError("not at every call")
+
+    with monkeypatch.context() as during:
+        for name in ("_NATIVE_SAVE", "_NATIVE_LOAD", "native_output"):
+            during.setattr(meshset, name, fail)
+        for _ in range(2):
+            ms.apply_coord_taubin_smoothing(stepsmoothnum=1)
+            call()
+            mss.apply_coord_spectral_smoothing(ms, modes=5, barycenter_weight=1.0)
+    ms.apply_coord_laplacian_smoothing()
+    names = [
+        "Spectral Displacement",
+        *2 * ["Taubin Smooth", "Spectral Displacement", "Spectral Smooth"],
+        "Laplacian Smooth",
+    ]
+    assert [step.name for step in scripts.of(ms).steps] == [
+        descriptors.load("compute_scalar_by_spectral_displacement").name if name == "Spectral Displacement" else name
+        for name in names
+    ]
+
+
+@pytest.mark.parametrize("looks", ["save", "clear", "delete everything"])
+def test_the_script_is_right_whoever_looks_at_it(looks, tmp_path, capfd):
+    ms = meshset.new(*torus(6, 5))
+    for _ in range(2):
+        mss.apply_coord_spectral_smoothing(ms, modes=5, barycenter_weight=1.0)
+    if looks == "clear":
+        ms.clear_filter_script()
+    elif looks == "delete everything":  # ids come again
+        ms.clear()
+        ms.add_mesh(pymeshlab.Mesh(*torus(6, 5)))
+        ms.add_mesh(pymeshlab.Mesh(*torus(6, 5)))
+        ms.compute_coord_linear_morphing(targetmesh=0)
+        mss.apply_coord_spectral_smoothing(ms, modes=5, barycenter_weight=1.0)
+    ms.save_filter_script(str(tmp_path / "a.mlx"))
+    text = (tmp_path / "a.mlx").read_text()
+    assert text.count("Spectral Smooth") == {"save": 2, "clear": 0, "delete everything": 3}[looks]
+    assert text.count("<filter ") == {"save": 2, "clear": 0, "delete everything": 4}[looks]
+    ms.print_filter_script()
+    assert f"Filter Script Size : {text.count('<filter ')}" in capfd.readouterr().out
+
+
+def test_what_is_printed_may_change_after_a_call(capfd):
+    ms = meshset.new(*torus(6, 5))
+    call = functools.partial(mss.apply_coord_spectral_smoothing, ms, modes=5, barycenter_weight=1.0)
+    call()
+    assert capfd.readouterr() == ("", "")
+    ms.set_verbosity(True)
+    call()
+    told = capfd.readouterr().out
+    assert told.startswith("\nApplying filter apply_coord_spectral_smoothing with")
+    assert told.count("Applying filter") == 1
+    ms.set_verbosity(False)
+    call()
+    assert capfd.readouterr() == ("", "")
 
 
 def test_coordinates_of_another_mesh_are_refused(laden):

@@ -104,6 +104,16 @@ FROM_MESHLAB = """<!DOCTYPE FilterScript>
 """
 
 
+def test_ours_are_understood_by_their_python_names_and_meshlab_s_are_refused_with_theirs(recorded):
+    path, _ = recorded
+    text = path.read_text()
+    path.write_text(text.replace("Spectral Smooth", "apply_coord_spectral_smoothing"))
+    assert [step.name for step in scripts.read(path).steps][1] == "Spectral Smooth"
+    path.write_text(text.replace("Laplacian Smooth", "apply_coord_laplacian_smoothing"))
+    with pytest.raises(mss.InvalidXml, match="is what pymeshlab calls a filter; .* write 'Laplacian Smooth'"):
+        scripts.check(scripts.read(path))
+
+
 def test_a_script_saved_by_meshlab_runs(tmp_path):
     path = tmp_path / "meshlab.mlx"
     path.write_text(FROM_MESHLAB)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import asyncio
+import logging
 from collections.abc import Generator, Iterator, Sequence
 from typing import Any
 
@@ -9,6 +11,9 @@ from meshlab_specsmooth import memory
 from meshlab_specsmooth.batch.local import Worker, bytes_allowed, check_time_limit
 from meshlab_specsmooth.batch.work import CRASHED, FAILED, Job, Outcome, failure
 from meshlab_specsmooth.errors import ClusterError, MissingExtra
+
+# Seconds to find a scheduler in; Dask itself tries for half a minute
+_PATIENCE = 10.0
 
 
 def outcomes(jobs: Sequence[tuple[Job, int]], scheduler: str, time_limit: float) -> Generator[Outcome]:
@@ -30,14 +35,36 @@ def outcomes(jobs: Sequence[tuple[Job, int]], scheduler: str, time_limit: float)
     """
     check_time_limit(time_limit)
     try:
-        import distributed
+        import distributed  # noqa: F401 (whether it is there)
     except ImportError as error:
         raise MissingExtra("a Dask cluster", "cluster") from error
+    # Found out before there is a client: one that finds no scheduler does not end, and neither does the process then
     try:
-        client = distributed.Client(scheduler, set_as_default=False)
-    except (OSError, ValueError, TypeError) as error:
-        raise ClusterError(f"{scheduler}: there is no Dask scheduler ({error})") from error
-    return _outcomes(client, sorted(jobs, key=lambda pair: -pair[1]), time_limit)
+        asyncio.run(_connected(scheduler))
+    except Exception as error:  # of whatever kind Dask's protocols raise: addresses, certificates, sockets
+        raise ClusterError(f"{scheduler}: there is no Dask scheduler ({_in_a_line(error)})") from error
+    return _outcomes(scheduler, sorted(jobs, key=lambda pair: -pair[1]), time_limit)
+
+
+async def _connected(scheduler: str) -> None:
+    """Connect to a scheduler and leave; raises where there is none within some seconds."""
+    import dask.config
+    from distributed.comm import connect
+    from distributed.comm.addressing import get_address_host_port
+    from distributed.security import Security
+
+    address = scheduler if "://" in scheduler else f"tcp://{scheduler}"
+    host, port = get_address_host_port(address, strict=True)
+    if not host or not 0 < port < 2**16:
+        raise ValueError("an address is tcp://HOST:PORT")
+    asked = dask.config.get("distributed.comm.timeouts.connect")
+    timeout = min(dask.utils.parse_timedelta(asked), _PATIENCE)
+    comm = await connect(address, timeout=timeout, **Security().get_connection_args("client"))
+    comm.abort()
+
+
+def _in_a_line(error: Exception) -> str:
+    return " ".join(str(error).split()) or type(error).__name__
 
 
 def run_there(job: Job, size: int, time_limit: float) -> Outcome:
@@ -54,8 +81,15 @@ def run_there(job: Job, size: int, time_limit: float) -> Outcome:
         worker.end()
 
 
-def _outcomes(client: Any, jobs: Sequence[tuple[Job, int]], time_limit: float) -> Generator[Outcome]:
-    with client:
+def _outcomes(scheduler: str, jobs: Sequence[tuple[Job, int]], time_limit: float) -> Generator[Outcome]:
+    import distributed
+    from distributed.utils import silence_logging_cmgr
+
+    # of a scheduler that dies Dask's client logs tracebacks, and our error says it all
+    with (
+        silence_logging_cmgr(logging.CRITICAL, root="distributed"),
+        distributed.Client(scheduler, set_as_default=False) as client,
+    ):
         suspects: list[tuple[Job, int]] = []
         for given, outcome in _done(client, jobs, time_limit):
             if outcome is None:

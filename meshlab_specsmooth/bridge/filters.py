@@ -360,7 +360,8 @@ def _smoothed(
     laplacian, weld = given.pop("laplacian"), given.pop("weld")
     prepared = assemble(vertices, faces, laplacian, part(progress, 0.0, _ASSEMBLY), weld)
     result = method(prepared, **given, progress=part(progress, _ASSEMBLY, _WRITING - _ASSEMBLY))
-    return warn_of_change(prepared, result) if "barycenter_weight" in given else result
+    is_given = method is Prepared.smooth and "barycenter_weight" in given
+    return warn_of_change(prepared, result) if is_given else result
 
 
 def _given(ms: pymeshlab.MeshSet, values: dict[str, Any], *optional: str) -> dict[str, Any]:

@@ -9,21 +9,24 @@ import sys
 import tempfile
 import threading
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 import pymeshlab
 
+from meshlab_specsmooth.bridge import records
 from meshlab_specsmooth.bridge.interrupts import Hold, all_or_nothing
+from meshlab_specsmooth.bridge.records import Stand, Verbosity, kept
 from meshlab_specsmooth.errors import MeshSetError
 from meshlab_specsmooth.graph import blocks
 from meshlab_specsmooth.surface import Floats
 
 # pymeshlab's own, whatever is registered later
-_NATIVE_LOAD = pymeshlab.MeshSet.load_filter_script
+_NATIVE_LOAD, _NATIVE_SAVE = pymeshlab.MeshSet.load_filter_script, pymeshlab.MeshSet.save_filter_script
+_NATIVE_VERBOSITY = pymeshlab.MeshSet.set_verbosity
+_NATIVE_PARAMETER_VERBOSITY = pymeshlab.MeshSet.set_parameter_verbosity
 
 # MeshLab moves v to v + (t - v), which is exact where t lies between v / 2 and 2 v. From anywhere else, across a
 # coordinate plane for one, a pass comes so close that the next is exact; a third never was needed.
@@ -63,13 +66,6 @@ class Change:
     vertices: Floats | None = None
     quality: Floats | None = None
     step: str = ""
-
-
-class Verbosity(NamedTuple):
-    """What a MeshSet prints of the filters that it runs."""
-
-    everything: bool
-    parameters: bool
 
 
 def push(ms: pymeshlab.MeshSet, vertices: Floats) -> None:
@@ -153,7 +149,8 @@ def write(ms: pymeshlab.MeshSet, change: Change, verbosity: Verbosity | None = N
 
     Only filters change a mesh inside a MeshSet: coordinates are morphed onto those of a temporary mesh, quality is
     transferred from one. Everything that hangs on the mesh stays, and so do the current mesh, the other meshes, the
-    filter script (but for the step to be appended) and the verbosity. Normals and bounding box follow coordinates, as
+    filter script (but for the step to be appended) and the verbosity; what the script then is, is made out when it is
+    looked at (:mod:`meshlab_specsmooth.bridge.records`). Normals and bounding box follow coordinates, as
     after MeshLab's own filters. The temporary mesh uses up one id: the next mesh that is added gets the one after it.
 
     An interrupt (Ctrl-C) waits until what runs in C++ is done. Then everything is put back; but a mesh that had no
@@ -179,33 +176,39 @@ def write(ms: pymeshlab.MeshSet, change: Change, verbosity: Verbosity | None = N
         raise MeshSetError(
             f"coordinates beyond {_FARTHEST_WITH_QUALITY:.0e} take no vertex quality (pymeshlab crashes); scale them"
         )
-    script, known = script_of(ms), verbosity or verbosity_of(ms)
+    known, used, noted = verbosity or verbosity_of(ms), list[Stand](), len(kept(ms).stands)
 
     def make(may_stop: Callable[[], None]) -> None:
-        _set_verbosity(ms, Verbosity(False, False))
-        if change.vertices is not None and not _move(ms, change.vertices, may_stop):
+        _silence(ms, known)
+        if change.vertices is not None and not _move(ms, change.vertices, may_stop, used):
             raise MeshSetError(f"the mesh did not take its new coordinates in {MOST_MORPHING_PASSES} morphing passes")
-        if change.quality is not None and not _transfer_quality(ms, change.quality, may_stop):
+        if change.quality is not None and not _transfer_quality(ms, change.quality, may_stop, used):
             raise MeshSetError("the mesh did not take its new vertex quality")
-        set_script(ms, _appended(script, change.step))
-        _set_verbosity(ms, known)
+        if used:
+            kept(ms).stands += [*used[:-1], replace(used[-1], step=change.step)]
+        elif change.step:
+            # nothing was recorded that could stand for it
+            set_script(ms, _appended(script_of(ms), change.step))
+        _speak(ms, known)
 
     def undo() -> None:
-        _set_verbosity(ms, Verbosity(False, False))
+        _silence(ms, known)
         if not np.array_equal(mesh.vertex_matrix(), vertices):
-            _move(ms, vertices, lambda: None)
+            _move(ms, vertices, lambda: None, used)
         if quality is not None and not np.array_equal(mesh.vertex_scalar_array(), quality):
-            _transfer_quality(ms, by_place(vertices, quality), lambda: None)
-        set_script(ms, script)
-        _set_verbosity(ms, known)
+            _transfer_quality(ms, by_place(vertices, quality), lambda: None, used)
+        if used:
+            before = kept(ms).stands[:noted]
+            set_script(ms, records.put_right(records.without_last(_native_script(ms), used), before))
+        _speak(ms, known)
 
     all_or_nothing(make, undo)
 
 
-def _move(ms: pymeshlab.MeshSet, vertices: Floats, may_stop: Callable[[], None]) -> bool:
+def _move(ms: pymeshlab.MeshSet, vertices: Floats, may_stop: Callable[[], None], used: list[Stand]) -> bool:
     """Morph the current mesh onto ``vertices``; whether it arrived to the bit."""
     mesh = ms.current_mesh()
-    with _temporary(ms, pymeshlab.Mesh(vertices)) as target:  # faces would triple its cost, and are not looked at
+    with _temporary(ms, pymeshlab.Mesh(vertices), used) as target:  # faces would triple its cost, and are not looked at
         for _ in range(MOST_MORPHING_PASSES):
             may_stop()
             ms.compute_coord_linear_morphing(targetmesh=target, percentmorph=100.0)
@@ -214,31 +217,39 @@ def _move(ms: pymeshlab.MeshSet, vertices: Floats, may_stop: Callable[[], None])
         return False
 
 
-def _transfer_quality(ms: pymeshlab.MeshSet, quality: Floats, may_stop: Callable[[], None]) -> bool:
+def _transfer_quality(ms: pymeshlab.MeshSet, quality: Floats, may_stop: Callable[[], None], used: list[Stand]) -> bool:
     """Take quality over from a point cloud, by place; whether it arrived to the bit."""
     mesh, target = ms.current_mesh(), ms.current_mesh_id()
     # The filter that transfers attributes works on the mesh where its transform puts it, and moves it there and back,
     # which rounds: it must not see the transform.
     transform = mesh.transform_matrix()
-    with _temporary(ms, pymeshlab.Mesh(mesh.vertex_matrix(), v_scalar_array=quality)) as source:
+    has_one = not np.array_equal(transform, np.eye(4))
+    with _temporary(ms, pymeshlab.Mesh(mesh.vertex_matrix(), v_scalar_array=quality), used, int(has_one)) as source:
         may_stop()
-        try:
-            ms.set_matrix(transformmatrix=np.eye(4), freeze=False)
+        with _without(transform, ms) if has_one else contextlib.nullcontext():
             ms.transfer_attributes_per_vertex(
                 sourcemesh=source, targetmesh=target, vertexsampling=True, colortransfer=False, qualitytransfer=True
             )
-        finally:
-            ms.set_matrix(transformmatrix=transform, freeze=False)
     return np.array_equal(mesh.vertex_scalar_array(), quality)
 
 
 @contextlib.contextmanager
-def _temporary(ms: pymeshlab.MeshSet, mesh: pymeshlab.Mesh) -> Iterator[int]:
-    """The id of a mesh that is there for the time being, without being the current one."""
+def _without(transform: Floats, ms: pymeshlab.MeshSet) -> Iterator[None]:
+    ms.set_matrix(transformmatrix=np.eye(4), freeze=False)
+    try:
+        yield
+    finally:
+        ms.set_matrix(transformmatrix=transform, freeze=False)
+
+
+@contextlib.contextmanager
+def _temporary(ms: pymeshlab.MeshSet, mesh: pymeshlab.Mesh, used: list[Stand], ahead: int = 0) -> Iterator[int]:
+    """The id of a mesh that is there for the time being, without being the current one; it is added to those used."""
     current = ms.current_mesh_id()
     ms.add_mesh(mesh, "", set_as_current=False)
     del mesh  # the MeshSet has its own copy
     temporary = max(int(m.id()) for m in ms)
+    used.append(Stand(temporary, ahead))
     try:
         yield temporary
     finally:
@@ -247,23 +258,37 @@ def _temporary(ms: pymeshlab.MeshSet, mesh: pymeshlab.Mesh) -> Iterator[int]:
         ms.set_current_mesh(current)
 
 
-def _set_verbosity(ms: pymeshlab.MeshSet, verbosity: Verbosity) -> None:
-    ms.set_verbosity(verbosity.everything)
-    ms.set_parameter_verbosity(verbosity.parameters)
+def _silence(ms: pymeshlab.MeshSet, known: Verbosity) -> None:
+    if any(known):
+        _NATIVE_VERBOSITY(ms, False)
+        _NATIVE_PARAMETER_VERBOSITY(ms, False)
+
+
+def _speak(ms: pymeshlab.MeshSet, known: Verbosity) -> None:
+    if any(known):
+        _NATIVE_VERBOSITY(ms, known.everything)
+        _NATIVE_PARAMETER_VERBOSITY(ms, known.parameters)
 
 
 def verbosity_of(ms: pymeshlab.MeshSet) -> Verbosity:
-    """What the MeshSet prints; it must have a mesh. It cannot be asked, so it is tried, without a trace."""
-    with Hold(), keeping_script(ms):
-        told = _what_a_filter_tells(ms)
-        if not told:
-            return Verbosity(False, False)
-        ms.set_verbosity(False)
-        without = _what_a_filter_tells(ms)
-        # with everything on, a filter tells of its parameters as well, and one line more
-        everything = told.count("\n") > without.count("\n")
-        ms.set_verbosity(everything)
-        return Verbosity(everything, bool(without))
+    """What the MeshSet prints; it must have a mesh. It cannot be asked, so it is tried, once and without a trace."""
+    known = kept(ms)
+    if known.verbosity is None:
+        with Hold(), keeping_script(ms):
+            known.verbosity = _tried_verbosity(ms)
+    return known.verbosity
+
+
+def _tried_verbosity(ms: pymeshlab.MeshSet) -> Verbosity:
+    told = _what_a_filter_tells(ms)
+    if not told:
+        return Verbosity(False, False)
+    _NATIVE_VERBOSITY(ms, False)
+    without = _what_a_filter_tells(ms)
+    # with everything on, a filter tells of its parameters as well, and one line more
+    everything = told.count("\n") > without.count("\n")
+    _NATIVE_VERBOSITY(ms, everything)
+    return Verbosity(everything, bool(without))
 
 
 def _what_a_filter_tells(ms: pymeshlab.MeshSet) -> str:
@@ -295,14 +320,28 @@ def keeping_script(ms: pymeshlab.MeshSet) -> Iterator[None]:
 
 def script_of(ms: pymeshlab.MeshSet) -> str:
     """The MeshSet's filter script, as pymeshlab writes it."""
+    with Hold():
+        put_script_right(ms)
+        return _native_script(ms)
+
+
+def put_script_right(ms: pymeshlab.MeshSet) -> None:
+    """Have pymeshlab's record of a MeshSet's filters hold ours, and not those that stand for them."""
+    if kept(ms).stands:
+        with Hold():
+            set_script(ms, records.put_right(_native_script(ms), kept(ms).stands))
+
+
+def _native_script(ms: pymeshlab.MeshSet) -> str:
     with Hold(), tempfile.TemporaryDirectory(prefix="specsmooth-") as folder:
         path = Path(folder) / "script.mlx"
-        ms.save_filter_script(str(path))
+        _NATIVE_SAVE(ms, str(path))
         return path.read_text(encoding="utf-8")
 
 
 def set_script(ms: pymeshlab.MeshSet, text: str) -> None:
     """Make a text the MeshSet's filter script; without printing what is read, as pymeshlab does, verbose or not."""
+    kept(ms).stands.clear()
     if "<filter " not in text:
         ms.clear_filter_script()
         return
@@ -320,6 +359,8 @@ def _appended(script: str, step: str) -> str:
     start, end, rest = script.replace("<FilterScript/>", "<FilterScript></FilterScript>").rpartition("</FilterScript>")
     return start + step + end + rest
 
+
+records.wrap(put_script_right)
 
 # standard output and error belong to the process, so threads take turns
 _streams = threading.RLock()

@@ -15,7 +15,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import quoteattr
@@ -101,6 +101,13 @@ def check(script: Script) -> None:
     native = dict.fromkeys(step.name for step in script.steps if step.name not in ours)
     unknown = _unknown(tuple(native))
     for step in script.steps:
+        if step.name in unknown and step.name in pymeshlab.filter_list():
+            raise InvalidXml(
+                script.source,
+                step.line,
+                f"{step.name!r} is what pymeshlab calls a filter; a script has MeshLab's own names, of filters and of "
+                f"parameters: write {_display_name(step.name)!r}, or save the script with save_filter_script",
+            )
         if step.name in unknown:
             known = [*ours, *_former_names()]
             nearest = difflib.get_close_matches(step.name, known, n=1, cutoff=0.0)[0]
@@ -153,7 +160,10 @@ def _script(data: bytes, source: str) -> Script:
     root = parse(data, source)
     if root.tag != "FilterScript":
         raise InvalidXml(source, root.line, f"expected <FilterScript>, found <{root.tag}>")
-    return Script(source, tuple(_step(element, source) for element in root.children))
+    steps = [_step(element, source) for element in root.children]
+    # ours by their Python names as well: with these the parameters are the same
+    functions = {descriptor.function: name for name, descriptor in _ours().items()}
+    return Script(source, tuple(replace(step, name=functions.get(step.name, step.name)) for step in steps))
 
 
 def _step(element: Element, source: str) -> Step:
@@ -221,11 +231,21 @@ def _as_xml(step: Step) -> str:
     return "\n".join([*lines, " </filter>\n"])
 
 
+def _display_name(function: str) -> str:
+    """About what MeshLab calls a filter that pymeshlab calls so."""
+    return next((name for name, called in _table() if called == function), function.replace("_", " ").title())
+
+
 def _former_names() -> list[str]:
-    """About what MeshLab's filters are called: pymeshlab comes with a table of names made from display names."""
+    """About what MeshLab's filters are called."""
+    return [name for name, _ in _table()]
+
+
+def _table() -> list[tuple[str, str]]:
+    """Pairs of what MeshLab, about, and pymeshlab call a filter: pymeshlab has names made from display names."""
     table = Path(pymeshlab.__file__).parent / "keys.txt"
-    lines = table.read_text(encoding="utf-8").splitlines()
-    return [line.split()[0].replace("_", " ").title() for line in lines if line.strip()]
+    pairs = [line.split() for line in table.read_text(encoding="utf-8").splitlines() if line.strip()]
+    return [(pair[0].replace("_", " ").title(), pair[-1]) for pair in pairs]
 
 
 @functools.lru_cache(maxsize=64)
