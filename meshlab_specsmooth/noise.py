@@ -26,6 +26,7 @@ from meshlab_specsmooth.surface import Booleans, Floats, Integers
 
 NONE, WHITE, DIRECTIONAL, QUANTISED = "none", "white", "directional", "quantised"
 IMPULSE, CORRELATED = "impulse", "correlated"
+KINDS = (NONE, WHITE, DIRECTIONAL, QUANTISED, IMPULSE, CORRELATED)
 
 # Below this share of an edge nothing is called noise: it tilts normals by a degree or two, and the triangles of any
 # real mesh leave as much (an unsmoothed scan of 28 000 vertices has 0.015, a coarse model of 3000 more).

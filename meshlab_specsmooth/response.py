@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import erfc
 
-from meshlab_specsmooth.errors import InvalidParameter, check_name
+from meshlab_specsmooth.parameters import check_choice, check_number
 from meshlab_specsmooth.surface import Floats
 
 Gain = Callable[[Floats], Floats]
@@ -134,10 +134,9 @@ def response(name: str, cutoff: float) -> Response:
     InvalidParameter
         An unknown name, or a cut-off outside (0, 2].
     """
-    check_name("response", name, RESPONSES)
-    if not 0 < cutoff <= 2:
-        raise InvalidParameter(f"cut-off is {cutoff:g}; eigenvalues lie in (0, 2]")
-    return RESPONSES[name](cutoff)
+    name = check_choice("response", name, RESPONSES)
+    least = float(np.finfo(np.float64).tiny)
+    return RESPONSES[name](check_number("cutoff", cutoff, least, 2.0, "an eigenvalue, in (0, 2]"))
 
 
 def band(low: Response, high: Response) -> Response:

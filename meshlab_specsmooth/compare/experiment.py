@@ -28,6 +28,7 @@ from meshlab_specsmooth.errors import FilterFailed, InvalidParameter, InvalidSur
 from meshlab_specsmooth.estimation import PreparedError, prepare_error
 from meshlab_specsmooth.graph.laplacian import Laplacian
 from meshlab_specsmooth.noise import Noise
+from meshlab_specsmooth.parameters import NOISE_IN_EXTENTS, check_number
 from meshlab_specsmooth.smoothing import assemble
 from meshlab_specsmooth.spectral.density import band_energies
 from meshlab_specsmooth.spectral.progress import Progress
@@ -80,8 +81,7 @@ def experiment(
     if added is not None:
         if truth is not None:
             raise InvalidParameter("noise and ground_truth are both given; noise is added to a clean mesh")
-        if not 0 <= added < math.inf:
-            raise InvalidParameter(f"noise is {added}; it must be finite and not negative, in mean edges")
+        added = check_number("noise", added, *NOISE_IN_EXTENTS)
         truth, given = given, Surface(noise.gaussian(given, added, seed), given.faces)
     if mean_edge_length(given) == 0:
         raise InvalidSurface("faces", "have no edge of any length", "give a surface")

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from meshlab_specsmooth.errors import check_name
 from meshlab_specsmooth.graph.laplacian import Laplacian
+from meshlab_specsmooth.parameters import check_choice
 from meshlab_specsmooth.response import Response, band, response
 from meshlab_specsmooth.spectral import SpectralFilter, density, eigenbasis, inertia
 from meshlab_specsmooth.spectral.chebyshev import PassedOn, approximate
@@ -79,7 +79,7 @@ def design(
         An eigenbasis that would not fit in memory.
     """
     n = L.size
-    check_name("counting", counting, COUNTINGS)
+    counting = check_choice("counting", counting, COUNTINGS)
     if not is_exact(method, n):
         if by == "wavelength":
             cutoff = from_wavelength(size, n)
@@ -134,5 +134,5 @@ def design_band(
 
 def is_exact(method: str, vertex_count: int) -> bool:
     """Whether a method means eigenvectors, at that size."""
-    check_name("method", method, METHODS)
+    method = check_choice("method", method, METHODS)
     return method == "exact" or (method == "auto" and vertex_count <= eigenbasis.DENSE_VERTICES)
