@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from meshlab_specsmooth.automatic import part_of
-from meshlab_specsmooth.errors import FilterFailed, InvalidParameter, InvalidSurface
+from meshlab_specsmooth.errors import FilterFailed, InvalidParameter
 from meshlab_specsmooth.memory import require
 from meshlab_specsmooth.noise import KINDS, WHITE, Noise, measure, realisation, sheet
 from meshlab_specsmooth.parameters import (
@@ -23,7 +23,7 @@ from meshlab_specsmooth.parameters import (
     show,
 )
 from meshlab_specsmooth.smoothing import assemble
-from meshlab_specsmooth.surface import LARGEST_EXPONENT, Floats, Integers, Surface
+from meshlab_specsmooth.surface import LARGEST_EXPONENT, Floats, Integers, Surface, check_extent
 
 # How far the probe moves vertices, as a share of the noise: small enough for a difference quotient, large enough for
 # filters that stop iterating at some tolerance
@@ -34,6 +34,11 @@ _PROBES = 4
 # A variance of impulses is that of all vertices over the share of those that have noise, and that of one direction
 # nine times the mean at most; both have room to spare
 _LEAST_HIT, _LARGEST_COVARIANCE = 1e-9, 1e9
+
+_LARGEST = float(np.finfo(np.float64).max)
+
+# Of 2, of the largest move of a filter in extents of the mesh: beyond, squares of its error are no numbers
+_LARGEST_MOVE_EXPONENT = 400
 
 # Draws of the noise take so much a vertex and probe: themselves, and a surface that is perturbed by them
 _BYTES_PER_DRAW = 32
@@ -158,7 +163,8 @@ def estimate_error(
     prepared = prepare_error(vertices, faces, noise=noise, probes=probes, seed=seed)
     perturbed = prepared.perturbed() if prepared.draws.any() else []
     V = prepared.surface.vertices
-    return prepared.estimate(_applied(filter, V), [_applied(filter, X) for X in perturbed])
+    largest = float(np.ldexp(1.0, min(LARGEST_EXPONENT, _LARGEST_MOVE_EXPONENT + prepared.exponent)))
+    return prepared.estimate(_applied(filter, V, largest), [_applied(filter, X, largest) for X in perturbed])
 
 
 @dataclass(frozen=True, eq=False)
@@ -254,8 +260,7 @@ def prepare_error(
     probes = check_count("probes", probes, 1, MOST_PROBES)
     seed = check_count("seed", seed, 0, LARGEST_SEED)
     mesh = assemble(vertices, faces, "uniform")
-    if abs(mesh.exponent) > LARGEST_EXPONENT:
-        raise InvalidSurface("vertices", "are too large or too small for their squares, which risk is", "scale them")
+    check_extent(mesh.exponent, LARGEST_EXPONENT, "risk, which is the square of an error")
     require(_BYTES_PER_DRAW * (probes + 2) * mesh.L.size, f"{probes} probes of {mesh.L.size} vertices")
     on = sheet(mesh.positions, mesh.faces)
     found = measure(on)
@@ -279,20 +284,30 @@ def _level(name: str, given: object, exponent: int) -> float:
 def _checked(noise: Noise, exponent: int) -> Noise:
     """Noise in extents of the mesh; what a caller has changed in it must still be noise."""
     check_choice("noise.kind", noise.kind, KINDS)
-    for name in ("level", "low", "high", "shared"):
-        _level(f"noise.{name}", getattr(noise, name), exponent)
-    check_number("noise.shared", noise.shared, 0.0, noise.level, "no more than the level")
+    lengths = {
+        name: np.ldexp(_level(f"noise.{name}", getattr(noise, name), exponent), exponent)
+        for name in ("level", "low", "high", "shared", "mean_edge")
+    }
+    check_number("noise.shared", noise.shared, 0.0, lengths["level"], "no more than the level")
     check_number("noise.hit", noise.hit, _LEAST_HIT, 1.0)
+    for name in ("kurtosis", "outliers"):
+        check_number(f"noise.{name}", getattr(noise, name), -_LARGEST, _LARGEST)
+    for name in ("orders", "bands"):
+        levels = getattr(noise, name)
+        if not isinstance(levels, tuple):
+            raise InvalidParameter(f"noise.{name} is {show(levels)}; it must be a tuple of levels")
+        for i, each in enumerate(levels):
+            _level(f"noise.{name}[{i}]", each, exponent)
     covariance = noise.covariance
     if not (isinstance(covariance, np.ndarray) and covariance.shape == (3, 3) and covariance.dtype.kind == "f"):
         raise InvalidParameter(f"noise.covariance is {show(covariance)}; it must be an array of floats of shape (3, 3)")
     if not (np.abs(covariance) <= _LARGEST_COVARIANCE).all():
         raise InvalidParameter(f"noise.covariance has an entry beyond {_LARGEST_COVARIANCE:g}; the level is its unit")
-    return noise.scaled(-exponent)
+    return replace(noise, **lengths).scaled(-exponent)
 
 
-def _applied(filter_: Callable[[Floats], npt.ArrayLike], V: Floats) -> Floats:
-    """What the filter makes of a copy of V, checked."""
+def _applied(filter_: Callable[[Floats], npt.ArrayLike], V: Floats, largest: float) -> Floats:
+    """What the filter makes of a copy of V, checked: no coordinate may move by more than the largest move."""
     try:
         given = np.asarray(filter_(V.copy()))
     except Exception as error:
@@ -306,4 +321,9 @@ def _applied(filter_: Callable[[Floats], npt.ArrayLike], V: Floats) -> Floats:
     if not np.isfinite(result).all():
         row = int(np.flatnonzero(~np.isfinite(result).all(axis=1))[0])
         raise FilterFailed(f"the filter returned a vertex that is not finite: row {row}, {result[row].tolist()}")
+    with np.errstate(over="ignore"):
+        far = np.abs(result - V) > largest
+    if far.any():
+        row = int(np.flatnonzero(far.any(axis=1))[0])
+        raise FilterFailed(f"the filter moved a vertex by more than {largest:.0e}: row {row}, {result[row].tolist()}")
     return result

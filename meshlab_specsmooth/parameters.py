@@ -103,8 +103,13 @@ def check_barycenter_weight(value: object) -> float:
     )
 
 
-def check_count(name: str, value: object, low: int, high: int) -> int:
+def check_count(name: str, value: object, low: int, high: int, what: str = "") -> int:
     """A whole number within inclusive bounds, as an int; a float is none, whatever its digits.
+
+    Parameters
+    ----------
+    name, value, low, high, what
+        As for :func:`check_number`.
 
     Raises
     ------
@@ -123,7 +128,7 @@ def check_count(name: str, value: object, low: int, high: int) -> int:
     given = _unwrapped(value)
     if _is_number(given) and isinstance(given, numbers.Integral) and low <= int(given) <= high:
         return int(given)
-    raise InvalidParameter(f"{name} is {show(value)}; it must be a whole number from {low} to {high}")
+    raise InvalidParameter(f"{name} is {show(value)}; it must be {what or f'a whole number from {low} to {high}'}")
 
 
 def check_choice(name: str, value: object, known: Iterable[str]) -> str:
@@ -196,7 +201,9 @@ def check_weights(name: str, given: object, count: int) -> npt.NDArray[np.float6
     """
     try:
         array = np.asarray(given)
-    except (TypeError, ValueError, OverflowError) as error:
+    except MemoryError:
+        raise
+    except Exception as error:  # what an object's own __array__ raises may be anything
         raise InvalidParameter(f"{name} is no array of numbers ({error})") from error
     if array.shape != (count,):
         raise InvalidParameter(f"{name} has shape {array.shape}; pass one weight for each of the {count} vertices")
@@ -243,11 +250,11 @@ def _is_number(value: object) -> bool:
 
 def _as_float(value: object) -> float | None:
     """The value as a float, infinite where it is too large for one; None where it is no number."""
-    given = _unwrapped(value)
-    if not isinstance(given, numbers.Real) or not _is_number(given):
+    given: Any = _unwrapped(value)
+    if not _is_number(given):
         return None
     try:
         with np.errstate(over="ignore"):  # of long doubles
             return float(given)
     except OverflowError:  # of integers and fractions
-        return np.inf
+        return np.inf if given > 0 else -np.inf

@@ -76,15 +76,14 @@ class Response:
 
 def ideal(cutoff: float) -> Response:
     """1 up to the cut-off, 0 above: the paper's low-pass, which keeps the first f_a modes."""
-    angle = np.arccos(1 - cutoff)
+    angle = float(_angle(cutoff))
     # the step is softened in theta = arccos(1 - lambda), where a polynomial of degree k resolves 1/k everywhere
-    above = np.arccos(1 - min(2.0, cutoff * (1 + TRANSITION))) - angle
-    below = angle - np.arccos(1 - cutoff * (1 - TRANSITION))
+    above = float(_angle(min(2.0, cutoff * (1 + TRANSITION)))) - angle
+    below = angle - float(_angle(cutoff * (1 - TRANSITION)))
     width = (min(above, below) if cutoff * (1 + TRANSITION) < 2 else below) / _INVERSE_ERFC
 
     def softened(x: Floats) -> Floats:
-        theta = np.arccos(np.clip(1 - x, -1, 1))
-        return np.asarray(0.5 * erfc((theta - angle) / width))
+        return np.asarray(0.5 * erfc((_angle(np.clip(x, 0, 2)) - angle) / width))
 
     def step(x: Floats) -> Floats:
         return (x <= cutoff).astype(np.float64)
@@ -93,6 +92,11 @@ def ideal(cutoff: float) -> Response:
     if cutoff >= 2:
         return Response(label, step, np.ones_like)
     return Response(label, step, softened, ((cutoff * (1 - TRANSITION), cutoff * (1 + TRANSITION)),))
+
+
+def _angle(eigenvalue: Floats | float) -> Floats:
+    """The arccos of 1 - lambda, also where lambda is lost beside 1."""
+    return np.asarray(2 * np.arcsin(np.sqrt(np.asarray(eigenvalue) / 2)))
 
 
 # erfc(1.8214) / 2 = 0.005 = TRANSITION_ERROR

@@ -470,9 +470,8 @@ class Prepared:
         if modes is not None:
             if wavelength is not None:
                 raise InvalidParameter("modes and wavelength both set the cut-off; give one of them")
-            by, size = "modes", check_count("modes", modes, 1, np.iinfo(np.int64).max)
-            if size > len(self.moving):
-                raise InvalidParameter(f"modes is {modes}; this mesh has {len(self.moving)}")
+            most = len(self.moving)
+            by, size = "modes", check_count("modes", modes, 1, most, f"1 or more; this mesh has {most}")
         else:
             by, size = "wavelength", self._in_edges("wavelength", wavelength, DEFAULT_WAVELENGTH_IN_EDGES)
         seen = None if weight is None else _passed_on(weight)

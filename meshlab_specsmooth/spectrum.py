@@ -8,11 +8,11 @@ import numpy as np
 import numpy.typing as npt
 
 from meshlab_specsmooth.descriptors import Defaults, load
-from meshlab_specsmooth.errors import InvalidParameter, InvalidSurface
+from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.parameters import BANDS, check_count
 from meshlab_specsmooth.smoothing import assemble
 from meshlab_specsmooth.spectral import density, eigenbasis
-from meshlab_specsmooth.surface import LARGEST_EXPONENT, Floats
+from meshlab_specsmooth.surface import LARGEST_EXPONENT, Floats, check_extent
 
 _DEFAULTS = Defaults(load("get_spectrum"))
 _BANDS = int(_DEFAULTS.number("bands"))
@@ -90,8 +90,7 @@ def spectrum(
     prepared = assemble(vertices, faces, laplacian)
     if len(prepared.moving) == 0:
         raise InvalidParameter("a mesh without edges has no spectrum")
-    if abs(prepared.exponent) > LARGEST_EXPONENT:
-        raise InvalidSurface("vertices", "are too large or too small for their squares, which power is", "scale them")
+    check_extent(prepared.exponent, LARGEST_EXPONENT, "power, which is their square")
     L, n = prepared.L, len(prepared.moving)
     # scaled so that energies x^T D x are those of plain coordinates
     X = (prepared.positions - prepared.positions.mean(axis=0)) / np.sqrt(L.degree.mean())

@@ -17,8 +17,8 @@ Booleans = npt.NDArray[np.bool_]
 # Nearer to the end of the range of numbers, differences and wavelengths would leave it.
 _LARGEST = 2.0**1000
 
-# Of 2, of the extent of a mesh: beyond, in either direction, squares of lengths leave the range of numbers
-LARGEST_EXPONENT = 500
+# Of 2, of the extent of a mesh: beyond, in either direction, squares of lengths leave the range of numbers, and cubes
+LARGEST_EXPONENT, LARGEST_EXPONENT_OF_CUBES = 500, 300
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +60,18 @@ class Surface:
         for name, array in (("vertices", vertices), ("faces", faces)):
             array.flags.writeable = False
             object.__setattr__(self, name, array)
+
+
+def check_extent(exponent: int, largest: int, what: str) -> None:
+    """Refuse a mesh whose extent is about 2^exponent where powers of it leave the range of numbers.
+
+    Raises
+    ------
+    InvalidSurface
+        With ``what`` it is that takes such powers.
+    """
+    if abs(exponent) > largest:
+        raise InvalidSurface("vertices", f"are too large or too small for {what} (about 2^{exponent})", "scale them")
 
 
 def _checked_vertices(given: Any) -> Floats:

@@ -32,7 +32,15 @@ from meshlab_specsmooth.parameters import NOISE_IN_EXTENTS, check_number
 from meshlab_specsmooth.smoothing import assemble
 from meshlab_specsmooth.spectral.density import band_energies
 from meshlab_specsmooth.spectral.progress import Progress
-from meshlab_specsmooth.surface import Booleans, Floats, Surface, is_closed, mean_edge_length
+from meshlab_specsmooth.surface import (
+    LARGEST_EXPONENT_OF_CUBES,
+    Booleans,
+    Floats,
+    Surface,
+    check_extent,
+    is_closed,
+    mean_edge_length,
+)
 from meshlab_specsmooth.version import VERSION
 
 # Random perturbations for the rows, and for each strength of a sweep
@@ -83,6 +91,9 @@ def experiment(
             raise InvalidParameter("noise and ground_truth are both given; noise is added to a clean mesh")
         added = check_number("noise", added, *NOISE_IN_EXTENTS)
         truth, given = given, Surface(noise.gaussian(given, added, seed), given.faces)
+    for surface in filter(None, (given, truth)):
+        for size in (np.abs(surface.vertices).max(), np.ptp(surface.vertices, axis=0).max()):
+            check_extent(int(np.frexp(size)[1]), LARGEST_EXPONENT_OF_CUBES, "volumes")
     if mean_edge_length(given) == 0:
         raise InvalidSurface("faces", "have no edge of any length", "give a surface")
     large, once = len(given.vertices) > _WHOLE, len(given.vertices) > _ONCE

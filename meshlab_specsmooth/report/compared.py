@@ -97,7 +97,7 @@ def compare(
     given = surface_of(mesh)
     found = experiment(
         given,
-        truth=None if ground_truth is None else surface_of(ground_truth),
+        truth=None if ground_truth is None else surface_of(ground_truth, "ground_truth"),
         added=noise,
         seed=seed,
         filters=filters,
@@ -111,7 +111,7 @@ def compare(
     return found
 
 
-def surface_of(mesh: Mesh) -> Surface:
+def surface_of(mesh: Mesh, name: str = "mesh") -> Surface:
     """The surface of a MeshSet's current mesh, or of arrays."""
     if isinstance(mesh, Surface):
         return mesh
@@ -119,7 +119,7 @@ def surface_of(mesh: Mesh) -> Surface:
         return Surface(*meshset.pull(mesh))
     if isinstance(mesh, tuple | list) and len(mesh) == 2:
         return Surface(*mesh)
-    raise InvalidParameter(f"mesh is {show(mesh)}; give a MeshSet, a Surface or (vertices, faces)")
+    raise InvalidParameter(f"{name} is {show(mesh)}; give a MeshSet, a Surface or (vertices, faces)")
 
 
 def _label(mesh: Mesh) -> str:

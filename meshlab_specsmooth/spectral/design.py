@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from meshlab_specsmooth.graph.laplacian import Laplacian
 from meshlab_specsmooth.parameters import check_choice
-from meshlab_specsmooth.response import Response, band, response
+from meshlab_specsmooth.response import RESPONSES, Response, band, response
 from meshlab_specsmooth.spectral import SpectralFilter, density, eigenbasis, inertia
 from meshlab_specsmooth.spectral.chebyshev import PassedOn, approximate
 from meshlab_specsmooth.spectral.cutoff import Cutoff, from_wavelength
@@ -79,6 +79,7 @@ def design(
         An eigenbasis that would not fit in memory.
     """
     n = L.size
+    name = check_choice("response", name, RESPONSES)
     counting = check_choice("counting", counting, COUNTINGS)
     if not is_exact(method, n):
         if by == "wavelength":
