@@ -762,14 +762,14 @@ def smooth(
         Shape of the low-pass; see :mod:`meshlab_specsmooth.response`. ``"auto"`` is ideal; where neither a cut-off nor
         a weight is given, heat or ideal, by estimated error (beyond 100 000 vertices heat, which is cheap).
     barycenter_weight : float, optional
-        w > 0, dimensionless: how firmly the barycentres are held. It is the strength of the filter, more than the
+        w from 1.5e-8 to 6.7e7, dimensionless: how firmly the barycentres are held. It is the strength of the filter, more than the
         cut-off is: 1 is the paper, 0.3 suits noise of 0.2 edge lengths. Without it the noise is measured
         (:func:`meshlab_specsmooth.estimate_noise`), impulses are drawn in, and the weight of least estimated error is
         taken, for a low cut-off; result.noise says what was found.
     favor : {"position", "normals"}
         Whose error a chosen weight makes small; normals ask for more smoothing.
     passes : int
-        How often all of it is done, each time to the last result.
+        How often all of it is done, each time to the last result; 1000 times at most.
     laplacian : {"uniform", "cotangent"}
         See :func:`meshlab_specsmooth.operators.laplacian`.
     method : {"auto", "exact", "chebyshev"}

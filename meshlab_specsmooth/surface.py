@@ -17,8 +17,9 @@ Booleans = npt.NDArray[np.bool_]
 # Nearer to the end of the range of numbers, differences and wavelengths would leave it.
 _LARGEST = 2.0**1000
 
-# Of 2, of the extent of a mesh: beyond, in either direction, squares of lengths leave the range of numbers, and cubes
-LARGEST_EXPONENT, LARGEST_EXPONENT_OF_CUBES = 500, 300
+# Of 2, of the extent of a mesh: beyond, in either direction, squares of lengths leave the range of numbers, and squares
+# of areas
+LARGEST_EXPONENT, LARGEST_EXPONENT_OF_AREAS = 500, 240
 
 
 @dataclass(frozen=True, eq=False)

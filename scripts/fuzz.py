@@ -14,6 +14,7 @@ python3 scripts/fuzz.py --only 4711              one call again, with its traceb
 
 import argparse
 import collections
+import contextlib
 import dataclasses
 import pathlib
 import queue
@@ -33,13 +34,13 @@ import bootstrap
 if __name__ == "__main__":
     bootstrap.enter("test")
 
-import numpy as np  # noqa: E402
-import pymeshlab  # noqa: E402
+import numpy as np
+import pymeshlab
 
-import meshlab_specsmooth as mss  # noqa: E402
-from meshlab_specsmooth import descriptors  # noqa: E402
-from meshlab_specsmooth.bridge import filters  # noqa: E402
-from meshlab_specsmooth.noise import KINDS  # noqa: E402
+import meshlab_specsmooth as mss
+from meshlab_specsmooth import descriptors
+from meshlab_specsmooth.bridge import filters
+from meshlab_specsmooth.noise import KINDS
 
 TYPED = (mss.SpecsmoothError, pymeshlab.PyMeshLabException, pymeshlab.InvalidEnumException)
 MESHSETS = 0.12  # the share of calls
@@ -101,7 +102,8 @@ def outcomes(seed: int, calls: int, until: float) -> Iterator[tuple[int, str]]:
         command = [sys.executable, __file__, "--worker", str(number), "--calls", str(calls), "--seed", str(seed)]
         process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
         lines: queue.SimpleQueue[str | None] = queue.SimpleQueue()
-        threading.Thread(target=_read, args=(process, lines), daemon=True).start()
+        reader = threading.Thread(target=_read, args=(process, lines), daemon=True)
+        reader.start()
         try:
             while number < calls and time.perf_counter() < until:
                 try:
@@ -122,11 +124,13 @@ def outcomes(seed: int, calls: int, until: float) -> Iterator[tuple[int, str]]:
         finally:
             process.kill()
             process.wait()
+            reader.join()
 
 
 def _read(process: "subprocess.Popen[str]", lines: "queue.SimpleQueue[str | None]") -> None:
-    for line in process.stdout or ():
-        lines.put(line)
+    with process.stdout or contextlib.nullcontext(()) as stream:
+        for line in stream:
+            lines.put(line)
     lines.put(None)
 
 

@@ -33,13 +33,14 @@ from meshlab_specsmooth.smoothing import assemble
 from meshlab_specsmooth.spectral.density import band_energies
 from meshlab_specsmooth.spectral.progress import Progress
 from meshlab_specsmooth.surface import (
-    LARGEST_EXPONENT_OF_CUBES,
+    LARGEST_EXPONENT_OF_AREAS,
     Booleans,
     Floats,
     Surface,
     check_extent,
     is_closed,
     mean_edge_length,
+    signed_volume,
 )
 from meshlab_specsmooth.version import VERSION
 
@@ -93,7 +94,7 @@ def experiment(
         truth, given = given, Surface(noise.gaussian(given, added, seed), given.faces)
     for surface in filter(None, (given, truth)):
         for size in (np.abs(surface.vertices).max(), np.ptp(surface.vertices, axis=0).max()):
-            check_extent(int(np.frexp(size)[1]), LARGEST_EXPONENT_OF_CUBES, "volumes")
+            check_extent(int(np.frexp(size)[1]), LARGEST_EXPONENT_OF_AREAS, "squares of areas")
     if mean_edge_length(given) == 0:
         raise InvalidSurface("faces", "have no edge of any length", "give a surface")
     large, once = len(given.vertices) > _WHOLE, len(given.vertices) > _ONCE
@@ -254,7 +255,7 @@ class _Bench:
             "offset": ruler.offset(result),
             "displacement": ruler.displacement(result),
         }
-        if is_closed(ruler.surface):
+        if is_closed(ruler.surface) and signed_volume(ruler.surface) != 0:
             values["volume"] = metrics.volume_change(result, ruler.surface)
         if self.corresponds and self.truth is not None:
             along = self.judged.along_normals(self.truth.vertices, result.vertices)
