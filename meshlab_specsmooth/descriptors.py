@@ -64,7 +64,7 @@ class Parameter:
 
     def allows(self, number: float) -> bool:
         """Whether a number is finite and within the bounds."""
-        return math.isfinite(number) and self.minimum <= number <= self.maximum
+        return -math.inf < number < math.inf and self.minimum <= number <= self.maximum
 
     @property
     def kind(self) -> str:

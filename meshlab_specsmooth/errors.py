@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 
 class SpecsmoothError(Exception):
     """Base of every error that this package raises on purpose."""
@@ -29,13 +27,6 @@ class InvalidSurface(SpecsmoothError, ValueError):  # noqa: N818 (named for what
 
 class InvalidParameter(SpecsmoothError, ValueError):  # noqa: N818
     """A parameter outside what the method allows."""
-
-
-def check_name(parameter: str, given: str, known: Iterable[str]) -> None:
-    """Refuse a name that is none of those known; raises :class:`InvalidParameter`."""
-    names = tuple(known)
-    if given not in names:
-        raise InvalidParameter(f"{parameter} is {given!r}; it must be one of {', '.join(map(repr, names))}")
 
 
 class NotConverged(SpecsmoothError, ArithmeticError):  # noqa: N818

@@ -10,17 +10,40 @@ import numpy.typing as npt
 
 from meshlab_specsmooth.errors import FilterFailed, InvalidParameter
 from meshlab_specsmooth.graph import blocks
-from meshlab_specsmooth.noise import WHITE, Noise, measure, realisation, sheet
+from meshlab_specsmooth.memory import require
+from meshlab_specsmooth.noise import KINDS, WHITE, Noise, measure, realisation, sheet
 from meshlab_specsmooth.outliers import replace_outliers
+from meshlab_specsmooth.parameters import (
+    LARGEST_SEED,
+    MOST_PROBES,
+    NOISE_IN_EXTENTS,
+    check_choice,
+    check_count,
+    check_function,
+    check_number,
+    show,
+)
 from meshlab_specsmooth.parts import estimate_level
 from meshlab_specsmooth.smoothing import assemble
-from meshlab_specsmooth.surface import Floats, Integers, Surface
+from meshlab_specsmooth.surface import LARGEST_EXPONENT, Floats, Integers, Surface, check_extent
 
 # How far the probe moves vertices, as a share of the noise: small enough for a difference quotient, large enough for
 # filters that stop iterating at some tolerance
 _SHARE = 0.05
 
 _PROBES = 4
+
+# A variance of impulses is that of all vertices over the share of those that have noise, and that of one direction
+# nine times the mean at most; both have room to spare
+_LEAST_HIT, _LARGEST_COVARIANCE = 1e-9, 1e9
+
+_LARGEST = float(np.finfo(np.float64).max)
+
+# Of 2, of the largest move of a filter in extents of the mesh: beyond, squares of its error are no numbers
+_LARGEST_MOVE_EXPONENT = 400
+
+# Draws of the noise take so much a vertex and probe: themselves, and a surface that is perturbed by them
+_BYTES_PER_DRAW = 32
 
 
 def estimate_noise(vertices: npt.ArrayLike, faces: npt.ArrayLike) -> Noise:
@@ -142,10 +165,12 @@ def estimate_error(
     >>> round(errors[0], 1), errors[1] < 0.1  # left as it is, and flattened
     (0.2, True)
     """
+    filter = check_function("filter", filter)  # noqa: A001
     prepared = prepare_error(vertices, faces, noise=noise, probes=probes, seed=seed)
     perturbed = prepared.perturbed() if prepared.draws.any() else []
     V = prepared.surface.vertices
-    return prepared.estimate(_applied(filter, V), [_applied(filter, X) for X in perturbed])
+    largest = float(np.ldexp(1.0, min(LARGEST_EXPONENT, _LARGEST_MOVE_EXPONENT + prepared.exponent)))
+    return prepared.estimate(_applied(filter, V, largest), [_applied(filter, X, largest) for X in perturbed])
 
 
 @dataclass(frozen=True, eq=False)
@@ -238,36 +263,74 @@ def prepare_error(
     seed: int = 0,
 ) -> PreparedError:
     """What :func:`estimate_error` needs of a surface, whatever the filter; parameters and errors are the same."""
-    if isinstance(probes, bool) or not isinstance(probes, int | np.integer) or probes < 1:
-        raise InvalidParameter(f"probes is {probes!r}; it must be a whole number of 1 or more")
+    probes = check_count("probes", probes, 1, MOST_PROBES)
+    seed = check_count("seed", seed, 0, LARGEST_SEED)
     mesh = assemble(vertices, faces, "uniform")
+    check_extent(mesh.exponent, LARGEST_EXPONENT, "risk, which is the square of an error")
+    require(_BYTES_PER_DRAW * (probes + 2) * mesh.L.size, f"{probes} probes of {mesh.L.size} vertices")
     on = sheet(mesh.positions, mesh.faces)
     with blocks.one_blas_thread():
         found = measure(on)
     taken, n = found.noise, found.normals
     if isinstance(noise, Noise):
-        taken = noise.scaled(-mesh.exponent)
+        taken = _checked(noise, mesh.exponent)
     elif noise is not None:
-        level = float(noise)
-        if not 0 <= level < np.inf:
-            raise InvalidParameter(
-                f"noise is {noise!r}; it must be a length in mesh units, or what estimate_noise returns"
-            )
-        level = float(np.ldexp(level, -mesh.exponent))
+        level = _level("noise", noise, mesh.exponent)
         taken = replace(taken, level=level, low=level, high=level, kind=WHITE, covariance=np.eye(3))
-    draws = np.hstack([realisation(on, n, taken, seed + k) for k in range(0, int(probes), 3)])[:, : int(probes)]
+    draws = np.hstack([realisation(on, n, taken, seed + k) for k in range(0, probes, 3)])[:, :probes]
     return PreparedError(mesh.surface, mesh.moving, n, draws, taken.level, mesh.exponent, taken.scaled(mesh.exponent))
 
 
-def _applied(filter_: Callable[[Floats], npt.ArrayLike], V: Floats) -> Floats:
-    """What the filter makes of a copy of V, checked."""
+def _level(name: str, given: object, exponent: int) -> float:
+    """A level of noise in mesh units, over the mesh's extent 2^exponent."""
+    low, high = np.ldexp(NOISE_IN_EXTENTS, exponent)
+    what = f"a length from {low:.3g} to {high:.3g} in mesh units, or what estimate_noise returns"
+    return float(np.ldexp(check_number(name, given, low, high, what), -exponent))
+
+
+def _checked(noise: Noise, exponent: int) -> Noise:
+    """Noise in extents of the mesh; what a caller has changed in it must still be noise."""
+    check_choice("noise.kind", noise.kind, KINDS)
+    lengths = {
+        name: np.ldexp(_level(f"noise.{name}", getattr(noise, name), exponent), exponent)
+        for name in ("level", "low", "high", "shared", "mean_edge")
+    }
+    check_number("noise.shared", noise.shared, 0.0, lengths["level"], "no more than the level")
+    check_number("noise.hit", noise.hit, _LEAST_HIT, 1.0)
+    for name in ("kurtosis", "outliers"):
+        check_number(f"noise.{name}", getattr(noise, name), -_LARGEST, _LARGEST)
+    for name in ("orders", "bands"):
+        levels = getattr(noise, name)
+        if not isinstance(levels, tuple):
+            raise InvalidParameter(f"noise.{name} is {show(levels)}; it must be a tuple of levels")
+        for i, each in enumerate(levels):
+            _level(f"noise.{name}[{i}]", each, exponent)
+    covariance = noise.covariance
+    if not (isinstance(covariance, np.ndarray) and covariance.shape == (3, 3) and covariance.dtype.kind == "f"):
+        raise InvalidParameter(f"noise.covariance is {show(covariance)}; it must be an array of floats of shape (3, 3)")
+    if not (np.abs(covariance) <= _LARGEST_COVARIANCE).all():
+        raise InvalidParameter(f"noise.covariance has an entry beyond {_LARGEST_COVARIANCE:g}; the level is its unit")
+    return replace(noise, **lengths).scaled(-exponent)
+
+
+def _applied(filter_: Callable[[Floats], npt.ArrayLike], V: Floats, largest: float) -> Floats:
+    """What the filter makes of a copy of V, checked: no coordinate may move by more than the largest move."""
     try:
-        result = np.array(filter_(V.copy()), dtype=np.float64)
+        given = np.asarray(filter_(V.copy()))
     except Exception as error:
         raise FilterFailed(f"the filter failed: {type(error).__name__}: {error}") from error
+    if given.dtype.kind not in "fiu":
+        raise FilterFailed(f"the filter returned dtype {given.dtype}; it must return real numbers")
+    with np.errstate(over="ignore"):  # of long doubles
+        result = np.array(given, dtype=np.float64)
     if result.shape != V.shape:
         raise FilterFailed(f"the filter returned shape {result.shape} for {V.shape}; it must move vertices only")
     if not np.isfinite(result).all():
         row = int(np.flatnonzero(~np.isfinite(result).all(axis=1))[0])
         raise FilterFailed(f"the filter returned a vertex that is not finite: row {row}, {result[row].tolist()}")
+    with np.errstate(over="ignore"):
+        far = np.abs(result - V) > largest
+    if far.any():
+        row = int(np.flatnonzero(far.any(axis=1))[0])
+        raise FilterFailed(f"the filter moved a vertex by more than {largest:.0e}: row {row}, {result[row].tolist()}")
     return result

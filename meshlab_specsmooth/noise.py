@@ -28,6 +28,7 @@ from meshlab_specsmooth.triangles import compute_aspects, compute_heights
 
 NONE, WHITE, DIRECTIONAL, QUANTISED = "none", "white", "directional", "quantised"
 IMPULSE, CORRELATED, UNCLEAR = "impulse", "correlated", "unclear"
+KINDS = (NONE, WHITE, DIRECTIONAL, QUANTISED, IMPULSE, CORRELATED, UNCLEAR)
 
 # Below this share of an edge nothing is called noise: it tilts normals by a degree or two, and the triangles of any
 # real mesh leave as much (an unsmoothed scan of 28 000 vertices has 0.015, a coarse model of 3000 more).

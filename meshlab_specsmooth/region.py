@@ -6,11 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
-from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.graph.build import weighted
 from meshlab_specsmooth.graph.laplacian import Laplacian, laplacian
 from meshlab_specsmooth.operators import Gram
@@ -65,27 +63,6 @@ def rim(positions: Floats, segments: Integers) -> Rim | None:
     _, curve = connected_components(L.graph.adjacency(), directed=False)
     length = np.bincount(curve[local[:, 0]], weights=segment_length)[curve]
     return Rim(vertices.astype(np.int32), L, gram, float(segment_length.mean()), length[:, None])
-
-
-def weights(name: str, given: npt.ArrayLike, count: int) -> Floats:
-    """One weight in [0, 1] a vertex, as float64.
-
-    Raises
-    ------
-    InvalidParameter
-        Names the first vertex whose weight is none.
-    """
-    try:
-        array = np.asarray(given, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InvalidParameter(f"{name} is no array of numbers ({error})") from error
-    if array.shape != (count,):
-        raise InvalidParameter(f"{name} has shape {array.shape}; pass one weight for each of the {count} vertices")
-    outside = ~((array >= 0) & (array <= 1))
-    if outside.any():
-        first = int(np.flatnonzero(outside)[0])
-        raise InvalidParameter(f"{name}[{first}] is {array[first]}; weights lie in [0, 1]")
-    return array
 
 
 def blend(L: Laplacian, mask: Floats) -> Floats:

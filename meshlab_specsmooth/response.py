@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import erfc
 
-from meshlab_specsmooth.errors import InvalidParameter, check_name
+from meshlab_specsmooth.parameters import check_choice, check_number
 from meshlab_specsmooth.surface import Floats
 
 Gain = Callable[[Floats], Floats]
@@ -76,15 +76,14 @@ class Response:
 
 def ideal(cutoff: float) -> Response:
     """1 up to the cut-off, 0 above: the paper's low-pass, which keeps the first f_a modes."""
-    angle = np.arccos(1 - cutoff)
+    angle = float(_angle(cutoff))
     # the step is softened in theta = arccos(1 - lambda), where a polynomial of degree k resolves 1/k everywhere
-    above = np.arccos(1 - min(2.0, cutoff * (1 + TRANSITION))) - angle
-    below = angle - np.arccos(1 - cutoff * (1 - TRANSITION))
+    above = float(_angle(min(2.0, cutoff * (1 + TRANSITION)))) - angle
+    below = angle - float(_angle(cutoff * (1 - TRANSITION)))
     width = (min(above, below) if cutoff * (1 + TRANSITION) < 2 else below) / _INVERSE_ERFC
 
     def softened(x: Floats) -> Floats:
-        theta = np.arccos(np.clip(1 - x, -1, 1))
-        return np.asarray(0.5 * erfc((theta - angle) / width))
+        return np.asarray(0.5 * erfc((_angle(np.clip(x, 0, 2)) - angle) / width))
 
     def step(x: Floats) -> Floats:
         return (x <= cutoff).astype(np.float64)
@@ -93,6 +92,11 @@ def ideal(cutoff: float) -> Response:
     if cutoff >= 2:
         return Response(label, step, np.ones_like)
     return Response(label, step, softened, ((cutoff * (1 - TRANSITION), cutoff * (1 + TRANSITION)),))
+
+
+def _angle(eigenvalue: Floats | float) -> Floats:
+    """The arccos of 1 - lambda, also where lambda is lost beside 1."""
+    return np.asarray(2 * np.arcsin(np.sqrt(np.asarray(eigenvalue) / 2)))
 
 
 # erfc(1.8214) / 2 = 0.005 = TRANSITION_ERROR
@@ -134,10 +138,9 @@ def response(name: str, cutoff: float) -> Response:
     InvalidParameter
         An unknown name, or a cut-off outside (0, 2].
     """
-    check_name("response", name, RESPONSES)
-    if not 0 < cutoff <= 2:
-        raise InvalidParameter(f"cut-off is {cutoff:g}; eigenvalues lie in (0, 2]")
-    return RESPONSES[name](cutoff)
+    name = check_choice("response", name, RESPONSES)
+    least = float(np.finfo(np.float64).tiny)
+    return RESPONSES[name](check_number("cutoff", cutoff, least, 2.0, "an eigenvalue, in (0, 2]"))
 
 
 def band(low: Response, high: Response) -> Response:

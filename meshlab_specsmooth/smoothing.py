@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from meshlab_specsmooth.automatic import FAVORS, Choice, across_the_rim, choose, drifts, robust, without_drift
 from meshlab_specsmooth.descriptors import ENHANCEMENT_DEFAULTS, LOW_PASS_DEFAULTS, SMOOTHING_DEFAULTS
-from meshlab_specsmooth.errors import InvalidParameter, check_name
+from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.graph import blocks, order
 from meshlab_specsmooth.graph.build import of_mesh
 from meshlab_specsmooth.graph.laplacian import Laplacian
@@ -22,9 +22,22 @@ from meshlab_specsmooth.memory import require
 from meshlab_specsmooth.noise import CORRELATED, IMPULSE, MOST_WEIGHT, UNCLEAR, Noise, normals, nothing
 from meshlab_specsmooth.operators import LAPLACIANS, Gram, gram_of_barycenters, laplacian_of_kind
 from meshlab_specsmooth.outliers import describe_outliers, replace_outliers
+from meshlab_specsmooth.parameters import (
+    GAINS,
+    MOST_PASSES,
+    check_barycenter_weight,
+    check_choice,
+    check_count,
+    check_flag,
+    check_length,
+    check_number,
+    check_progress,
+    check_weights,
+    show,
+)
 from meshlab_specsmooth.parts import Part, describe_left_alone, describe_levels, label_components, split
 from meshlab_specsmooth.reconstruction import Constraints, Solution, passed_on, solve
-from meshlab_specsmooth.region import BOUNDARIES, Rim, blend, rim, weights
+from meshlab_specsmooth.region import BOUNDARIES, Rim, blend, rim
 from meshlab_specsmooth.response import RESPONSES
 from meshlab_specsmooth.spectral import SpectralFilter, density, eigenbasis
 from meshlab_specsmooth.spectral.chebyshev import PassedOn
@@ -44,6 +57,9 @@ DEFAULT_WAVELENGTH_IN_EDGES = 20.0
 # benchmark_speed.py measured 387 to 411 with the compiled kernels. (Those of scipy, not measured, hold a matrix
 # besides, with some 72 bytes a vertex.) A copy of the input is in it.
 BYTES_PER_VERTEX = 600
+
+# Of 2, of the largest displacement in mesh units: with it, coordinates stay in the range of numbers
+_LARGEST_EXPONENT = 1022
 
 # So many arrays of the vertices' size are all that a run needs at once
 _KEPT = 6
@@ -262,13 +278,16 @@ class Prepared:
         squares then start from it, which saves iterations and makes no difference beyond their tolerance.
         """
         began = time.perf_counter()
-        if not 0 <= feature_gain < np.inf:
-            raise InvalidParameter(f"feature_gain is {feature_gain}; it must be finite and not negative")
-        passes = _whole("passes", passes)
+        progress = check_progress(progress)
+        feature_gain = check_number("feature_gain", feature_gain, *GAINS)
+        passes = check_count("passes", passes, 1, MOST_PASSES)
+        if barycenter_weight is not None:
+            barycenter_weight = check_barycenter_weight(barycenter_weight)
         kept = 0.0 if features is None else feature_gain * self._weights("features", features)
         region = self._region(boundary, mask, 1.0 - kept)
-        check_name("favor", favor, FAVORS)
-        check_name("response", response, ("auto", *RESPONSES))
+        favor = check_choice("favor", favor, FAVORS)
+        response = check_choice("response", response, ("auto", *RESPONSES))
+        guess = None if start is None else self._guess_of(start)
         if len(self.moving) == 0:
             return self._nowhere(modes, wavelength, response, barycenter_weight or MOST_WEIGHT, began)
         all_chosen = modes is wavelength is barycenter_weight is None
@@ -289,7 +308,6 @@ class Prepared:
                 },
             )
             return self._smooth_automatically(automatic, mask, features, start, progress, began)
-        _check_weight(barycenter_weight)
         designing, progress = self._shares(method, progress)
         low_pass = self._design(modes, wavelength, response, method, counting, barycenter_weight, designing)
         longest = wavelength_in_edges(low_pass.cutoff.eigenvalue)
@@ -313,7 +331,6 @@ class Prepared:
             change -= delta
             return change
 
-        guess = None if start is None else self._displacement_of(start)
         result = self._run(removed, low_pass, along, region, barycenter_weight, passes, began, progress, guess)
         if modes is None:
             result = _with_warning(result, _warning_of(low_pass, len(self.moving)))
@@ -336,15 +353,17 @@ class Prepared:
     ) -> SmoothingResult:
         """As :func:`enhance`, without preparing anew."""
         start = time.perf_counter()
-        if not 0 <= gain < np.inf:
-            raise InvalidParameter(f"gain is {gain}; it must be finite and not negative")
+        progress = check_progress(progress)
+        gain = check_number("gain", gain, *GAINS)
+        barycenter_weight = check_barycenter_weight(barycenter_weight)
         longest_ = self._in_edges("longest", longest, LONGEST_ENHANCED_IN_EDGES)
         shortest_ = self._in_edges("shortest", shortest, SHORTEST_ENHANCED_IN_EDGES)
         if not shortest_ < longest_:
-            raise InvalidParameter(f"shortest is {shortest} and longest {longest}; the first must be the smaller one")
+            raise InvalidParameter(
+                f"shortest is {shortest_:.3g} and longest {longest_:.3g} mean edges; the first must be the smaller one"
+            )
         region = self._region(boundary, mask, 1.0 if features is None else self._weights("features", features))
 
-        _check_weight(barycenter_weight)
         if len(self.moving) == 0:
             return self._nowhere(None, None, response, barycenter_weight, start)
 
@@ -386,7 +405,7 @@ class Prepared:
     ) -> SmoothingResult:
         """As :func:`low_pass`, without preparing anew."""
         start = time.perf_counter()
-        designing, progress = self._shares(method, progress)
+        designing, progress = self._shares(method, check_progress(progress))
         if len(self.moving) == 0:
             return self._nowhere(modes, wavelength, response, 0.0, start)
         low_pass = self._design(modes, wavelength, response, method, counting, None, designing)
@@ -443,7 +462,7 @@ class Prepared:
     def _mask_without(self, mask: npt.ArrayLike | None, held: Booleans) -> Floats:
         """(n,) the mask, 0 at some of the moving vertices, (k,)."""
         n = len(self.surface.vertices)
-        free = np.ones(n) if mask is None else weights("mask", mask, n).copy()
+        free = np.ones(n) if mask is None else check_weights("mask", mask, n).copy()
         if self.place is None:
             free[held] = 0.0
         else:
@@ -663,7 +682,7 @@ class Prepared:
     ) -> SmoothingResult:
         """For a mesh without an edge: all of its vertices stay."""
         if modes is not None:
-            _whole("modes", modes)
+            check_count("modes", modes, 1, len(self.surface.vertices))
         self._in_edges("wavelength", wavelength, DEFAULT_WAVELENGTH_IN_EDGES)
         return SmoothingResult(
             vertices=self.surface.vertices.copy(),
@@ -757,9 +776,8 @@ class Prepared:
         if modes is not None:
             if wavelength is not None:
                 raise InvalidParameter("modes and wavelength both set the cut-off; give one of them")
-            by, size = "modes", _whole("modes", modes)
-            if size > len(self.moving):
-                raise InvalidParameter(f"modes is {modes}; this mesh has {len(self.moving)}")
+            most = len(self.moving)
+            by, size = "modes", check_count("modes", modes, 1, most, f"1 or more; this mesh has {most}")
         else:
             by, size = "wavelength", self._in_edges("wavelength", wavelength, DEFAULT_WAVELENGTH_IN_EDGES)
         seen = None if weight is None else _passed_on(weight)
@@ -785,8 +803,7 @@ class Prepared:
         """A wavelength in mean edge lengths."""
         if length is None:
             return default
-        if not isinstance(length, int | float | np.integer | np.floating) or not 0 < length < np.inf:
-            raise InvalidParameter(f"{name} is {length}; it must be a positive length in mesh units")
+        length = check_length(name, length)
         if self.mean_edge == 0:
             raise InvalidParameter(f"{name} has no meaning here: no edge of this mesh has a length")
         with np.errstate(over="ignore"):
@@ -795,7 +812,7 @@ class Prepared:
 
     def _weights(self, name: str, given: npt.ArrayLike) -> Floats:
         """Weights of the moving vertices, (k, 1); of vertices at one place the least mask and the greatest feature."""
-        each = weights(name, given, len(self.surface.vertices))
+        each = check_weights(name, given, len(self.surface.vertices))
         if self.welded == 0 or self.place is None:
             return each[self.moving, None]
         least, used = name == "mask", self.place >= 0
@@ -804,7 +821,7 @@ class Prepared:
         return joined[:, None]
 
     def _region(self, boundary: str, mask: npt.ArrayLike | None, field: Floats | float) -> _Region:
-        check_name("boundary", boundary, BOUNDARIES)
+        boundary = check_choice("boundary", boundary, BOUNDARIES)
         everywhere = np.ones((len(self.moving), 1))
         inside = everywhere if mask is None else (self._weights("mask", mask) > 0).astype(np.float64)
         rows, free = everywhere.copy(), inside.copy()
@@ -844,7 +861,13 @@ class Prepared:
         if len(displacement) == 0:
             return vertices, 0.0
         # not by BLAS, whose threads show in its sums
-        square = np.einsum("ij,ij->", displacement, displacement)
+        square = float(np.einsum("ij,ij->", displacement, displacement))
+        # as a coordinate that moved by the root of the square would be, at most
+        if not np.isfinite(square) or np.frexp(square)[1] / 2 + self.exponent > _LARGEST_EXPONENT:
+            raise InvalidParameter(
+                "the result leaves the range of numbers; take a lower gain or a higher barycenter_weight, or scale "
+                "the mesh down"
+            )
         rms = float(np.ldexp(np.sqrt(square / len(vertices)), self.exponent))
 
         def move(at: slice) -> None:
@@ -858,6 +881,18 @@ class Prepared:
 
         blocks.in_slices(move, len(vertices))
         return vertices, rms
+
+    def _guess_of(self, start: SmoothingResult) -> Floats:
+        """The displacement of a result that a caller gives."""
+        if not isinstance(start, SmoothingResult):
+            raise InvalidParameter(f"start is {show(start)}; it must be an earlier result for this mesh")
+        if not isinstance(start.vertices, np.ndarray) or start.vertices.dtype != np.float64:
+            raise InvalidParameter(f"start.vertices is {show(start.vertices)}; it must be what a call returned")
+        with np.errstate(all="ignore"):
+            guess = self._displacement_of(start)
+        if not np.isfinite(guess).all():
+            raise InvalidParameter("start is too far from this mesh; it must be an earlier result for it")
+        return guess
 
     def _displacement_of(self, result: SmoothingResult) -> Floats:
         """What a result moved, of the moving vertices, on the scale of ``positions``."""
@@ -966,9 +1001,10 @@ def assemble(
     weld: bool = True,
 ) -> Prepared:
     """What every run needs, and nothing that only saves time when there are many: see :func:`prepare`."""
-    report = progress or (lambda fraction: None)
+    weld = check_flag("weld", weld)
+    report = check_progress(progress) or (lambda fraction: None)
     surface = Surface(vertices, faces)  # type: ignore[arg-type]  # the gate takes anything and says what is wrong
-    check_name("laplacian", laplacian, LAPLACIANS)
+    laplacian = check_choice("laplacian", laplacian, LAPLACIANS)
     V, F = surface.vertices, surface.faces
     require(BYTES_PER_VERTEX * len(V), f"smoothing {len(V)} vertices")
     report(0.2)
@@ -1089,8 +1125,8 @@ def smooth(
         Shape of the low-pass; see :mod:`meshlab_specsmooth.response`. ``"auto"`` is ideal; where neither a cut-off nor
         a weight is given, heat or ideal, by estimated error (beyond 100 000 vertices heat, which is cheap).
     barycenter_weight : float, optional
-        w > 0, dimensionless: how firmly the barycentres are held. It is the strength of the filter, more than the
-        cut-off is: 1 is the paper, 0.3 suits noise of 0.2 edge lengths. Without it the noise is measured
+        w from 1.5e-8 to 6.7e7, dimensionless: how firmly the barycentres are held. It is the strength of the filter,
+        more than the cut-off is: 1 is the paper, 0.3 suits noise of 0.2 edge lengths. Without it the noise is measured
         (:func:`meshlab_specsmooth.estimate_noise`), impulses are drawn in, and the weight of least estimated error is
         taken, for a low cut-off; result.noise says what was found. Single stray vertices are put back first. Components
         of unlike scale or noise are smoothed one by one. Where noise cannot be told from shape, nothing is moved, and
@@ -1099,7 +1135,7 @@ def smooth(
     favor : {"position", "normals"}
         Whose error a chosen weight makes small; normals ask for more smoothing.
     passes : int
-        How often all of it is done, each time to the last result.
+        How often all of it is done, each time to the last result; 1000 times at most.
     laplacian : {"uniform", "cotangent"}
         See :func:`meshlab_specsmooth.operators.laplacian`.
     method : {"auto", "exact", "chebyshev"}
@@ -1153,7 +1189,7 @@ def smooth(
     ('exact', 4, True)
     """
     start = time.perf_counter()
-    prepared = assemble(vertices, faces, laplacian, part(progress, 0.0, _ASSEMBLY), weld)
+    prepared = assemble(vertices, faces, laplacian, part(check_progress(progress), 0.0, _ASSEMBLY), weld)
     result = prepared.smooth(
         modes=modes,
         wavelength=wavelength,
@@ -1216,7 +1252,7 @@ def low_pass(
            [1., 1., 0.]])
     """
     start = time.perf_counter()
-    result = assemble(vertices, faces, laplacian, part(progress, 0.0, _ASSEMBLY), weld).low_pass(
+    result = assemble(vertices, faces, laplacian, part(check_progress(progress), 0.0, _ASSEMBLY), weld).low_pass(
         modes=modes,
         wavelength=wavelength,
         response=response,
@@ -1270,7 +1306,7 @@ def enhance(
     True
     """
     start = time.perf_counter()
-    result = assemble(vertices, faces, laplacian, part(progress, 0.0, _ASSEMBLY), weld).enhance(
+    result = assemble(vertices, faces, laplacian, part(check_progress(progress), 0.0, _ASSEMBLY), weld).enhance(
         longest=longest,
         shortest=shortest,
         gain=gain,
@@ -1283,13 +1319,6 @@ def enhance(
         progress=part(progress, _ASSEMBLY, 1 - _ASSEMBLY),
     )
     return replace(result, seconds=time.perf_counter() - start)
-
-
-def _check_weight(weight: float) -> None:
-    if not 0 < weight < np.inf:
-        raise InvalidParameter(
-            f"barycenter_weight is {weight}; it must be positive and finite (for the limit 0, low_pass)"
-        )
 
 
 def _passed_on(weight: float) -> PassedOn:
@@ -1318,12 +1347,6 @@ def _warning_of(low_pass: Design, vertex_count: int) -> str | None:
         "the wavelength is so short that nearly all waves which the mesh can carry are longer, and are kept: take one "
         "of five mean edge lengths or more"
     )
-
-
-def _whole(name: str, value: int) -> int:
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
-        raise InvalidParameter(f"{name} is {value!r}; it must be a whole number of 1 or more")
-    return int(value)
 
 
 def _normalised(V: Floats) -> tuple[Floats, int]:

@@ -8,11 +8,12 @@ import numpy as np
 import numpy.typing as npt
 
 from meshlab_specsmooth.descriptors import Defaults, load
-from meshlab_specsmooth.errors import InvalidParameter, InvalidSurface
+from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.graph import blocks
+from meshlab_specsmooth.parameters import BANDS, check_count
 from meshlab_specsmooth.smoothing import Prepared, assemble
 from meshlab_specsmooth.spectral import density, eigenbasis
-from meshlab_specsmooth.surface import Floats
+from meshlab_specsmooth.surface import LARGEST_EXPONENT, Floats, check_extent
 
 _DEFAULTS = Defaults(load("get_spectrum"))
 _BANDS = int(_DEFAULTS.number("bands"))
@@ -23,9 +24,6 @@ _LAPLACIAN = _DEFAULTS.text("laplacian")
 NOISE_BEGINS = 1.2
 
 _LEAKS_FROM = 0.1
-
-# of 2, beyond which the squares of coordinates leave the range of numbers
-_LARGEST_EXPONENT = 500
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +76,7 @@ def spectrum(
     InvalidSurface
         The arrays are no triangle mesh.
     InvalidParameter
-        Fewer than 2 bands, or a mesh without an edge, which has no spectrum.
+        Fewer than 2 or more than 4096 bands, or a mesh without an edge, which has no spectrum.
 
     Examples
     --------
@@ -89,13 +87,11 @@ def spectrum(
     >>> mss.spectrum(octahedron, faces).eigenvalue.round(9) + 0.0
     array([0. , 1. , 1. , 1. , 1.5, 1.5])
     """
-    if bands < 2:
-        raise InvalidParameter(f"bands is {bands}; there are at least 2")
+    bands = check_count("bands", bands, *BANDS)
     prepared = assemble(vertices, faces, laplacian)
     if len(prepared.moving) == 0:
         raise InvalidParameter("a mesh without edges has no spectrum")
-    if abs(prepared.exponent) > _LARGEST_EXPONENT:
-        raise InvalidSurface("vertices", "are too large or too small for their squares, which power is", "scale them")
+    check_extent(prepared.exponent, LARGEST_EXPONENT, "power, which is their square")
     return _measured(prepared, bands)
 
 

@@ -17,6 +17,10 @@ Booleans = npt.NDArray[np.bool_]
 # Nearer to the end of the range of numbers, differences and wavelengths would leave it.
 _LARGEST = 2.0**1000
 
+# Of 2, of the extent of a mesh: beyond, in either direction, squares of lengths leave the range of numbers, and squares
+# of areas
+LARGEST_EXPONENT, LARGEST_EXPONENT_OF_AREAS = 500, 240
+
 
 @dataclass(frozen=True, eq=False)
 class Surface:
@@ -67,12 +71,25 @@ class Surface:
         return 0 if is_finite else int((~np.isfinite(self.vertices)).any(axis=1).sum())
 
 
+def check_extent(exponent: int, largest: int, what: str) -> None:
+    """Refuse a mesh whose extent is about 2^exponent where powers of it leave the range of numbers.
+
+    Raises
+    ------
+    InvalidSurface
+        With ``what`` it is that takes such powers.
+    """
+    if abs(exponent) > largest:
+        raise InvalidSurface("vertices", f"are too large or too small for {what} (about 2^{exponent})", "scale them")
+
+
 def _checked_vertices(given: Any) -> Floats:
     array = _as_table(given, "vertices", "coordinates")
     if array.dtype.kind not in "fiu":
         raise InvalidSurface("vertices", f"has dtype {array.dtype}", "pass real numbers, e.g. vertices.astype(float)")
     # a copy in row order whatever the input was (pymeshlab hands out column order)
-    vertices = np.array(array, dtype=np.float64, order="C", copy=True)
+    with np.errstate(over="ignore"):  # of long doubles, which are then not finite
+        vertices = np.array(array, dtype=np.float64, order="C", copy=True)
     if len(vertices) == 0:
         raise InvalidSurface("vertices", "is empty", "a surface needs vertices")
     return vertices
@@ -122,8 +139,12 @@ def _as_table(given: Any, name: str, columns: str) -> npt.NDArray[Any]:
     """``given`` as an array of three columns; ragged or otherwise unreadable input is refused by name."""
     try:
         array = np.asarray(given)
-    except ValueError as error:
+    except MemoryError:
+        raise
+    except Exception as error:  # what an object's own __array__ raises may be anything
         raise InvalidSurface(name, f"is no array ({error})", f"pass rows of 3 {columns}") from error
+    if np.ma.is_masked(given):
+        raise InvalidSurface(name, "has masked entries", "fill them, or remove their rows")
     if array.ndim != 2 or array.shape[1] != 3:
         if array.shape == (0,):  # an empty list has lost its columns
             return array.reshape(0, 3)

@@ -139,7 +139,7 @@ def test_input_and_output_may_be_the_same_file(scan):
             "barycenter_weight: float value -1.0 out of bounds",
         ),
         (["smooth", "SCAN", "OUT", "--modes", "3", "--wavelength", "2"], 2, "give one of them"),
-        (["smooth", "SCAN", "OUT", "--modes", "241"], 2, "modes is 241; this mesh has 240"),
+        (["smooth", "SCAN", "OUT", "--modes", "241"], 2, "modes is 241; it must be 1 or more; this mesh has 240"),
         (["smooth", "NOWHERE", "OUT"], 1, "no such file"),
         (["smooth", "SCAN", "FOLDER"], 1, "is a folder"),
         (["smooth", "SCAN", "OUT.xyzzy"], 1, "cannot be written"),

@@ -351,7 +351,9 @@ def test_wrong_arguments_are_refused():
         mss.compare(CLEAN, noise=-1)
     with pytest.raises(mss.InvalidParameter, match="seed is -1"):
         mss.compare(CLEAN, seed=-1)
-    with pytest.raises(mss.InvalidParameter, match="mesh is a int"):
+    with pytest.raises(mss.InvalidSurface, match="vertices are too large or too small for squares of areas"):
+        mss.compare((np.eye(3) * 1e200, [[0, 1, 2]]))
+    with pytest.raises(mss.InvalidParameter, match="mesh is 3; give a MeshSet"):
         mss.compare(3)
     with pytest.raises(mss.InvalidSurface, match="no edge of any length"):
         mss.compare((np.zeros((3, 3)), [[0, 1, 2]]))

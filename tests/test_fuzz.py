@@ -1,19 +1,19 @@
-"""Readers and the gate on anything at all; seeded, so that every run tries the same."""
+"""Readers and public functions on anything at all; seeded, so that every run tries the same."""
 
 import contextlib
+import importlib.util
+import math
 import time
+from pathlib import Path
 
 import hypothesis.strategies as st
-import numpy as np
 import pytest
 from hypothesis import given, settings
-from hypothesis.extra import numpy as hnp
 
 import meshlab_specsmooth as mss
 from meshlab_specsmooth import descriptors
 from meshlab_specsmooth.bridge import scripts
 from meshlab_specsmooth.xmltree import LARGEST_FILE, parse
-from tests.meshes import meshes
 
 fuzz = settings(max_examples=300, derandomize=True, deadline=None)
 
@@ -135,26 +135,43 @@ def test_no_default_is_evaluated(text):
         descriptors.read(changed.encode(), "x.xml")
 
 
-anything = st.one_of(
-    st.none(),
-    st.text(max_size=3),
-    st.lists(st.one_of(st.none(), st.floats(), st.integers(), st.lists(st.floats(), max_size=4)), max_size=4),
-    hnp.arrays(
-        st.sampled_from(
-            [np.float64, np.float32, np.float16, np.int8, np.uint64, np.complex128, np.bool_, "U2", object]
-        ),
-        hnp.array_shapes(min_dims=0, max_dims=3, min_side=0, max_side=3),
-    ),
-    meshes().map(lambda mesh: mesh[0]),
-    meshes().map(lambda mesh: mesh[1]),
-)
+def fuzz_script():
+    """The module that ``scripts/fuzz.py`` is; it makes no environment where it is imported."""
+    path = Path(__file__).parent.parent / "scripts" / "fuzz.py"
+    spec = importlib.util.spec_from_file_location("fuzz_script", path)
+    module = importlib.util.module_from_spec(spec)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(path.parent))
+        spec.loader.exec_module(module)
+    return module
 
 
-@pytest.mark.no_cover
-@fuzz
-@given(anything, anything)
-def test_the_gate_takes_anything_and_says_what_is_wrong(vertices, faces):
-    with contextlib.suppress(mss.InvalidSurface):
-        surface = mss.Surface(vertices, faces)
-        assert np.isfinite(surface.vertices).all()
-        assert 0 <= surface.faces.min() <= surface.faces.max() < len(surface.vertices)
+def test_any_call_ends_finite_or_with_a_typed_error():
+    script = fuzz_script()
+    wrong, seen = [], set()
+    for number in range(250):
+        call = script.make(11, number)
+        outcome = script.outcome_of(call)
+        seen.add(outcome)
+        if script.is_failure(outcome):
+            wrong.append((number, outcome, call.text))
+    assert not wrong
+    assert {"finite", "InvalidSurface", "InvalidParameter", "FilterFailed", "WrongType"} <= seen
+
+
+def test_a_process_that_dies_or_never_ends_is_a_failure_and_costs_no_other_call(monkeypatch, tmp_path):
+    script = fuzz_script()
+    worker = tmp_path / "worker.py"
+    worker.write_text(
+        "import os, sys, time\n"
+        "for i in range(int(sys.argv[2]), 5):\n"
+        "    if i == 1: os.abort()\n"
+        "    if i == 3: time.sleep(60)\n"
+        "    print(f'{i}\\tfinite', flush=True)\n"
+    )
+    monkeypatch.setattr(script, "__file__", str(worker))
+    monkeypatch.setattr(script, "PATIENCE", 2.0)
+    found = dict(script.outcomes(0, 5, math.inf))
+    assert [number for number, outcome in found.items() if outcome == "finite"] == [0, 2, 4]
+    assert found[1].startswith("FAILURE: the process ended with")
+    assert found[3] == "FAILURE: no end within 2 s"

@@ -13,6 +13,7 @@ MODULES = sorted(PACKAGE.rglob("*.py"))
 # a room may use those before it
 ROOMS = [
     {"version", "errors", "memory", "processes", "start"},
+    {"parameters"},
     {"xmltree", "descriptors"},
     {"surface"},
     {"graph", "welding"},

@@ -225,11 +225,22 @@ def test_vertices_at_one_place_share_the_mean_quality():
 
 def test_quality_that_does_not_arrive_is_reported(laden, monkeypatch):
     monkeypatch.setattr(pymeshlab.MeshSet, "transfer_attributes_per_vertex", lambda *_, **__: None)
+    monkeypatch.setattr(meshset, "_takes_quality", lambda mesh, quality: True)  # as tried on a copy
     n = laden.current_mesh().vertex_number()
     number = laden.mesh_number()
     with pytest.raises(mss.MeshSetError, match="did not take its new vertex quality"):
         meshset.push_quality(laden, np.full(n, 7.5))
     assert laden.mesh_number() == number
+
+
+def test_a_quality_that_would_not_arrive_is_refused_before_the_mesh_is_changed():
+    """Its squared distances are lost in rounding, so that pymeshlab takes other vertices for the nearest."""
+    corners = 1e16 + 2.0 * np.array([[0, 0, 0], [0, 1, 0], [1, 0, 1], [0, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, 0]])
+    ms = meshset.new(corners, [[0, 1, 2], [0, 1, 3], [0, 1, 4], [0, 1, 5], [0, 1, 6], [0, 1, 2], [0, 1, 3]])
+    before = state.of_meshset(ms)
+    with pytest.raises(mss.MeshSetError, match="the mesh takes no vertex quality: .*; scale or center it"):
+        meshset.push_quality(ms, np.arange(7.0))
+    assert not state.differences(before, state.of_meshset(ms))
 
 
 @pytest.mark.parametrize("stream", ["stdout", "stderr"])

@@ -378,7 +378,7 @@ def test_a_wavelength_that_keeps_everything_is_warned_of():
 
 
 def test_a_wavelength_that_is_no_number_is_refused():
-    with pytest.raises(mss.InvalidParameter, match="wavelength is 5%; it must be a positive length"):
+    with pytest.raises(mss.InvalidParameter, match="wavelength is '5%'; it must be a positive length"):
         mss.smooth(*CLOSED, wavelength="5%")
 
 
@@ -459,23 +459,23 @@ def test_the_defaults_are_those_of_the_descriptor():
 @pytest.mark.parametrize(
     ("parameters", "words"),
     [
-        ({"modes": 0}, "modes is 0; it must be a whole number of 1 or more"),
+        ({"modes": 0}, "modes is 0; it must be 1 or more; this mesh has 108"),
         ({"modes": 2.5}, "modes is 2.5"),
         ({"modes": True}, "modes is True"),
-        ({"modes": 109}, "modes is 109; this mesh has 108"),
+        ({"modes": 109}, "modes is 109; .*; this mesh has 108"),
         ({"modes": 3, "wavelength": 1.0}, "give one of them"),
         ({"wavelength": 0.0}, "positive length"),
         ({"wavelength": np.inf}, "positive length"),
         ({"wavelength": np.nan}, "positive length"),
         ({"barycenter_weight": 0.0}, "for the limit 0, low_pass"),
-        ({"barycenter_weight": np.nan}, "positive and finite"),
+        ({"barycenter_weight": np.nan}, "one number from 1.5e-08 to 6.7e\\+07"),
         ({"passes": 0}, "passes is 0"),
         ({"response": "box"}, "response is 'box'"),
         ({"laplacian": "graph"}, "laplacian is 'graph'; it must be one of 'uniform', 'cotangent'"),
         ({"method": "qr"}, "method is 'qr'"),
         ({"boundary": "open"}, "boundary is 'open'; it must be one of 'free', 'fixed', 'curve'"),
         ({"mask": np.ones(5)}, r"mask has shape \(5,\); pass one weight for each of the 108 vertices"),
-        ({"mask": ["a"] * 108}, "mask is no array of numbers"),
+        ({"mask": ["a"] * 108}, "mask has dtype <U1; pass weights"),
         ({"features": np.full(108, 2.0)}, r"features\[0\] is 2.0; weights lie in \[0, 1\]"),
         ({"features": np.full(108, np.nan)}, r"features\[0\] is nan"),
         ({"features": np.ones(108), "feature_gain": -1.0}, "feature_gain is -1.0"),

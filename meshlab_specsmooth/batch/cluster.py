@@ -33,7 +33,7 @@ def outcomes(jobs: Sequence[tuple[Job, int]], scheduler: str, time_limit: float)
     ClusterError
         There is no scheduler at that address, or it is lost.
     """
-    check_time_limit(time_limit)
+    time_limit = check_time_limit(time_limit)
     try:
         import distributed  # noqa: F401 (whether it is there)
     except ImportError as error:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import glob
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from meshlab_specsmooth.errors import FileError, InvalidParameter
+from meshlab_specsmooth.parameters import check_path, show
 
 # what pymeshlab reads and what has triangles; other files of a folder are passed over
 MESH_ENDINGS = frozenset(
@@ -78,11 +79,14 @@ def sources(
     >>> PurePath(scan.output).parts[-2:]
     ('smooth', 'head.ply')
     """
-    given = [paths] if isinstance(paths, str | os.PathLike) else list(paths)
+    if isinstance(paths, bytes | Mapping) or not isinstance(paths, str | os.PathLike | Iterable):
+        raise InvalidParameter(f"paths is {show(paths)}; it must be a path, or several")
+    several = [paths] if isinstance(paths, str | os.PathLike) else list(paths)
+    given = [check_path("paths" if one is paths else f"paths[{i}]", one) for i, one in enumerate(several)]
     folder = Path(out).absolute()
     places: dict[str, str] = {}
     owners: dict[str, str] = {}
-    for path, place in (found for one in given for found in _expanded(os.fspath(one), folder)):
+    for path, place in (found for one in given for found in _expanded(one, folder)):
         source = os.path.realpath(path)
         if source in places:
             continue

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import json
+import math
 import os
 import queue
 import signal
 import subprocess
+import sys
 import threading
 from collections.abc import Generator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
@@ -18,7 +20,7 @@ from meshlab_specsmooth import memory, processes
 from meshlab_specsmooth.batch.work import CRASHED, Job, Outcome, failure
 from meshlab_specsmooth.batch.worker import serve
 from meshlab_specsmooth.bridge.interrupts import Hold
-from meshlab_specsmooth.errors import InvalidParameter
+from meshlab_specsmooth.parameters import MOST_WORKERS, check_count, check_number
 
 #: What a worker is started with; its standard streams are those of ``batch/worker.py``.
 COMMAND = processes.command(serve)
@@ -62,10 +64,9 @@ def bytes_allowed(path: str, size: int, share: int) -> int:
     return max(needed, min(_LENIENCE * needed, share))
 
 
-def check_time_limit(time_limit: float) -> None:
-    """Refuse a limit that is none; raises :class:`InvalidParameter`."""
-    if not time_limit > 0:
-        raise InvalidParameter(f"time_limit is {time_limit}; it must be positive")
+def check_time_limit(time_limit: float) -> float:
+    """A limit in seconds, which may be infinite; raises :class:`InvalidParameter`."""
+    return check_number("time_limit", time_limit, sys.float_info.min, math.inf, "a positive number of seconds")
 
 
 def outcomes(jobs: Sequence[tuple[Job, int]], workers: int | None, time_limit: float) -> Generator[Outcome]:
@@ -89,9 +90,8 @@ def outcomes(jobs: Sequence[tuple[Job, int]], workers: int | None, time_limit: f
         At once: ``workers`` is less than 1, or ``time_limit`` not positive.
     """
     most = _processors() if workers is None else workers
-    if most < 1:
-        raise InvalidParameter(f"workers is {workers}; it must be at least 1")
-    check_time_limit(time_limit)
+    check_count("workers", most, 1, MOST_WORKERS)
+    time_limit = check_time_limit(time_limit)
     return _outcomes(jobs, min(most, len(jobs)), time_limit)
 
 

@@ -16,7 +16,17 @@ from meshlab_specsmooth.batch.summary import BatchSummary
 from meshlab_specsmooth.batch.work import NOT_RUN, Job, Outcome, failure, portable
 from meshlab_specsmooth.bridge.filters import FILTERS
 from meshlab_specsmooth.bridge.parameters import resolved_anywhere
-from meshlab_specsmooth.errors import FileError, InvalidParameter, check_name
+from meshlab_specsmooth.errors import FileError, InvalidParameter
+from meshlab_specsmooth.parameters import (
+    MOST_WORKERS,
+    check_choice,
+    check_count,
+    check_flag,
+    check_function,
+    check_path,
+    check_progress,
+    show,
+)
 from meshlab_specsmooth.report import contact_sheet
 from meshlab_specsmooth.spectral.progress import Progress
 
@@ -102,9 +112,18 @@ def batch(
     {'done': 1}
     """
     start = time.perf_counter()
-    check_name("filter_name", filter_name, [name for name in FILTERS if name.startswith("apply_coord_")])
-    if ending is not None and not (ending.startswith(".") and ending[1:].isalnum()):
-        raise InvalidParameter(f"ending is {ending!r}; it must be that of a format, as '.ply'")
+    filter_name = check_choice(
+        "filter_name", filter_name, [name for name in FILTERS if name.startswith("apply_coord_")]
+    )
+    if ending is not None and not (isinstance(ending, str) and ending.startswith(".") and ending[1:].isalnum()):
+        raise InvalidParameter(f"ending is {show(ending)}; it must be that of a format, as '.ply'")
+    if scheduler is not None and not isinstance(scheduler, str):
+        raise InvalidParameter(f"scheduler is {show(scheduler)}; it must be an address, as 'tcp://host:8786'")
+    resume, pictures = check_flag("resume", resume), check_flag("pictures", pictures)
+    progress, each = check_progress(progress), None if each is None else check_function("each", each)
+    workers = None if workers is None else check_count("workers", workers, 1, MOST_WORKERS)
+    time_limit = local.check_time_limit(time_limit)
+    out = check_path("out", out)
     checked = resolved_anywhere(descriptors.load(filter_name), settings)
     given = {name: portable(value) for name, value in checked.items()}
     found = sources(paths, out, ending)

@@ -31,6 +31,7 @@ from meshlab_specsmooth.descriptors import Descriptor
 from meshlab_specsmooth.edge_aware import EdgeAwareResult, denoise, smooth_edge_aware
 from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.memory import require
+from meshlab_specsmooth.parameters import check_progress, show
 from meshlab_specsmooth.region import ALL_KEPT, NOTHING_SELECTED
 from meshlab_specsmooth.smoothing import BYTES_PER_VERTEX, Prepared, SmoothingResult, assemble, warn_of_change
 from meshlab_specsmooth.spectral.progress import Progress, part
@@ -94,7 +95,9 @@ def mesh_filter(implementation: Implementation) -> Filter:
 
     def call(ms: pymeshlab.MeshSet, **parameters: Any) -> dict[str, Any]:
         start = time.perf_counter()
-        progress = parameters.pop("progress", None)
+        progress = check_progress(parameters.pop("progress", None))
+        if not isinstance(ms, pymeshlab.MeshSet):
+            raise InvalidParameter(f"ms is {show(ms)}; it must be a pymeshlab.MeshSet")
         values = resolve(descriptor, parameters, ms)
         if descriptor.needs_faces and ms.current_mesh().face_number() == 0:
             # the quotation mark is pymeshlab's
@@ -144,7 +147,7 @@ def apply(ms: pymeshlab.MeshSet, name: str, **parameters: Any) -> dict[str, Any]
     >>> filters.apply(ms, "apply_coord_spectral_low_pass", modes=9)["modes"]
     9
     """
-    if name in FILTERS:
+    if isinstance(name, str) and name in FILTERS:
         return FILTERS[name](ms, **parameters)
     return dict(ms.apply_filter(name, **parameters))
 

@@ -65,6 +65,8 @@ def crossing_faces(vertices: npt.ArrayLike, faces: npt.ArrayLike) -> Booleans:
     [True, True, False]
     """
     surface = Surface(vertices, faces)  # type: ignore[arg-type]
-    ms = meshset.new(surface.vertices, surface.faces)
+    # squares of coordinates must stay in the range of numbers, and a power of two rounds nothing
+    _, exponent = np.frexp(np.abs(surface.vertices).max())
+    ms = meshset.new(np.ldexp(surface.vertices, -exponent), surface.faces)
     ms.compute_selection_by_self_intersections_per_face()
     return np.asarray(ms.current_mesh().face_selection_array(), dtype=np.bool_)

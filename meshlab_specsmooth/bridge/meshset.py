@@ -176,6 +176,10 @@ def write(ms: pymeshlab.MeshSet, change: Change, verbosity: Verbosity | None = N
         raise MeshSetError(
             f"coordinates beyond {_FARTHEST_WITH_QUALITY:.0e} take no vertex quality (pymeshlab crashes); scale them"
         )
+    if change.quality is not None and not _takes_quality(mesh, change.quality):
+        raise MeshSetError(
+            "the mesh takes no vertex quality: distances between its vertices are lost in rounding; scale or center it"
+        )
     known, used, noted = verbosity or verbosity_of(ms), list[Stand](), len(kept(ms).stands)
 
     def make(may_stop: Callable[[], None]) -> None:
@@ -215,6 +219,14 @@ def _move(ms: pymeshlab.MeshSet, vertices: Floats, may_stop: Callable[[], None],
             if np.array_equal(mesh.vertex_matrix(), vertices):
                 return True
         return False
+
+
+def _takes_quality(mesh: pymeshlab.Mesh, quality: Floats) -> bool:
+    """Whether a transfer by place would arrive, tried on a copy: a quality cannot be taken away again."""
+    copy = pymeshlab.MeshSet()
+    other = np.where(quality == 0, 1.0, -quality)  # so that what did not arrive shows
+    copy.add_mesh(pymeshlab.Mesh(mesh.vertex_matrix(), mesh.face_matrix(), v_scalar_array=other))
+    return _transfer_quality(copy, quality, lambda: None, [])
 
 
 def _transfer_quality(ms: pymeshlab.MeshSet, quality: Floats, may_stop: Callable[[], None], used: list[Stand]) -> bool:

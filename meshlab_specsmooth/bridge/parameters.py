@@ -11,6 +11,7 @@ from pymeshlab import PyMeshLabException as PyMeshLabException
 
 from meshlab_specsmooth.descriptors import AnySelected, Descriptor, Length, Parameter
 from meshlab_specsmooth.errors import InvalidParameter
+from meshlab_specsmooth.parameters import show
 
 
 class WrongType(PyMeshLabException, RuntimeError):  # type: ignore[misc]  # noqa: N818
@@ -92,10 +93,13 @@ def value(parameter: Parameter, given: Any, ms: pymeshlab.MeshSet) -> Any:
         raise WrongType(
             f"Parameter {parameter.name}: Unable to cast Python instance of type {type(given)} to {parameter.type}."
         )
-    number = convert(given)
+    try:
+        number = convert(given)
+    except OverflowError:  # an integer beyond the range of floats
+        number = np.inf
     if parameter.type != "bool" and not parameter.allows(number):
         raise PyMeshLabException(
-            f"Parameter {parameter.name}: {parameter.type} value {number} out of bounds "
+            f"Parameter {parameter.name}: {parameter.type} value {show(number)} out of bounds "
             f"(min: {parameter.minimum:g}; max: {parameter.maximum:g})."
         )
     return number
@@ -105,13 +109,13 @@ def _enum(parameter: Parameter, given: Any) -> str:
     if isinstance(given, str):
         if given not in parameter.values:
             possible = "".join(f"'{name}'; " for name in parameter.values)
-            raise InvalidEnumException(f"Enum '{given}' not found. Possible values are {possible}")
+            raise InvalidEnumException(f"Enum {show(given)} not found. Possible values are {possible}")
         return given
     if _converter("int", given) is None:
         raise WrongType(f"Parameter {parameter.name}: Unable to cast Python instance of type {type(given)} to str.")
     if not 0 <= given < len(parameter.values):
         last = len(parameter.values)
-        raise InvalidEnumException(f"Enum {given} not valid. Must be a value between 0 and {last}")
+        raise InvalidEnumException(f"Enum {show(given)} not valid. Must be a value between 0 and {last}")
     return parameter.values[int(given)]
 
 

@@ -85,12 +85,12 @@ def _methods() -> dict[str, Any]:
     }
 
     def apply_filter(self: Any, filter_name: str, **kwargs: Any) -> Any:
-        if filter_name in FILTERS:
+        if isinstance(filter_name, str) and filter_name in FILTERS:
             return FILTERS[filter_name](self, **kwargs)
         return native["apply_filter"](self, filter_name, **kwargs)
 
     def filter_parameter_values(self: Any, filter_name: str, **kwargs: Any) -> Any:
-        if filter_name in FILTERS:
+        if isinstance(filter_name, str) and filter_name in FILTERS:
             return resolve(descriptors.load(filter_name), kwargs, self)
         return native["filter_parameter_values"](self, filter_name, **kwargs)
 
@@ -155,7 +155,7 @@ def _module_functions() -> dict[str, Any]:
             print(f"\t{name}")  # noqa: T201
 
     def print_filter_parameter_list(filter_name: str) -> None:
-        if filter_name not in FILTERS:
+        if not isinstance(filter_name, str) or filter_name not in FILTERS:
             native["print_filter_parameter_list"](filter_name)
             return
         print(f"{filter_name} filter - list of parameter names:")  # noqa: T201

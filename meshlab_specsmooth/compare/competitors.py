@@ -9,6 +9,7 @@ from typing import Any
 
 from meshlab_specsmooth.descriptors import Length
 from meshlab_specsmooth.errors import InvalidParameter
+from meshlab_specsmooth.parameters import MOST_TIMES, check_count, show
 
 
 @dataclass(frozen=True)
@@ -25,6 +26,10 @@ class Strength:
 
     parameter: str
     values: tuple[Any, ...]
+
+    def __post_init__(self) -> None:
+        _check_kind("strength.parameter", self.parameter, str, "a string")
+        _check_kind("strength.values", self.values, tuple, "a tuple")
 
 
 @dataclass(frozen=True)
@@ -48,6 +53,11 @@ class Competitor:
         Known faults, as footnotes.
     key : str
         Short name, as on the command line.
+
+    Raises
+    ------
+    InvalidParameter
+        An attribute is of the wrong kind.
     """
 
     name: str
@@ -58,6 +68,20 @@ class Competitor:
     holds: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     key: str = ""
+
+    def __post_init__(self) -> None:
+        for name in ("name", "filter", "key"):
+            _check_kind(name, getattr(self, name), str, "a string")
+        _check_kind("parameters", self.parameters, Mapping, "a mapping of names to values")
+        for name in ("holds", "notes"):
+            _check_kind(name, getattr(self, name), tuple, "a tuple of strings")
+            for i, each in enumerate(getattr(self, name)):
+                _check_kind(f"{name}[{i}]", each, str, "a string")
+        for each in self.parameters:
+            _check_kind("a name in parameters", each, str, "a string")
+        if self.strength is not None:
+            _check_kind("strength", self.strength, Strength, "a Strength, or None")
+        object.__setattr__(self, "times", check_count("times", self.times, 1, MOST_TIMES))
 
     @property
     def call(self) -> str:
@@ -90,6 +114,11 @@ class Competitor:
         if self.strength.parameter == "modes":
             value = max(1, min(round(value * vertices) if isinstance(value, float) else value, vertices))
         return replace(self, parameters={**self.parameters, self.strength.parameter: value})
+
+
+def _check_kind(name: str, value: object, kind: type, what: str) -> None:
+    if not isinstance(value, kind):
+        raise InvalidParameter(f"{name} is {show(value)}; it must be {what}")
 
 
 def _typed(value: Any) -> str:
@@ -207,6 +236,8 @@ def competitors(filters: Iterable[str | Competitor] | None = None) -> tuple[Comp
     >>> [c.name for c in competitors(["taubin", "apply_coord_unsharp_mask(weight=0.5, iterations=2)"])]
     ['MeshLab Taubin', 'apply_coord_unsharp_mask(weight=0.5, iterations=2)']
     """
+    if isinstance(filters, str | bytes | Mapping) or not isinstance(filters, Iterable | None):
+        raise InvalidParameter(f"filters is {show(filters)}; it must be several names or Competitors, as a list")
     wanted = DEFAULT if filters is None else tuple(filters)
     if not wanted:
         raise InvalidParameter("filters is empty; name at least one, or leave it out for all")
@@ -218,20 +249,24 @@ def competitors(filters: Iterable[str | Competitor] | None = None) -> tuple[Comp
     return found
 
 
-def _parsed(text: str) -> Competitor:
+def _parsed(text: object) -> Competitor:
+    wrong = (
+        f"filters has {show(text)}; it must be one of {', '.join(COMPETITORS)}, or a call as filter_name(name=value)"
+    )
+    if not isinstance(text, str):
+        raise InvalidParameter(wrong)
     if text in COMPETITORS:
         return COMPETITORS[text]
-    wrong = f"filters has {text!r}; it must be one of {', '.join(COMPETITORS)}, or a call as filter_name(name=value)"
     try:
         node: ast.expr = ast.parse(text.strip(), mode="eval").body
-    except SyntaxError as error:
+    except (SyntaxError, ValueError, RecursionError, MemoryError) as error:  # what its parser raises of a text
         raise InvalidParameter(wrong) from error
     name, parameters = node, {}
     if isinstance(node, ast.Call) and not node.args:
         name = node.func
         try:
             parameters = {str(word.arg): ast.literal_eval(word.value) for word in node.keywords}
-        except ValueError as error:
+        except (ValueError, TypeError, SyntaxError, RecursionError, MemoryError) as error:
             raise InvalidParameter(wrong) from error
     if not isinstance(name, ast.Name) or "_" not in name.id:
         raise InvalidParameter(wrong)

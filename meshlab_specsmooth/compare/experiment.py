@@ -28,10 +28,20 @@ from meshlab_specsmooth.errors import FilterFailed, InvalidParameter, InvalidSur
 from meshlab_specsmooth.estimation import PreparedError, prepare_error
 from meshlab_specsmooth.graph.laplacian import Laplacian
 from meshlab_specsmooth.noise import Noise
+from meshlab_specsmooth.parameters import NOISE_IN_EXTENTS, check_number
 from meshlab_specsmooth.smoothing import assemble
 from meshlab_specsmooth.spectral.density import band_energies
 from meshlab_specsmooth.spectral.progress import Progress
-from meshlab_specsmooth.surface import Booleans, Floats, Surface, is_closed, mean_edge_length
+from meshlab_specsmooth.surface import (
+    LARGEST_EXPONENT_OF_AREAS,
+    Booleans,
+    Floats,
+    Surface,
+    check_extent,
+    is_closed,
+    mean_edge_length,
+    signed_volume,
+)
 from meshlab_specsmooth.version import VERSION
 
 # Random perturbations for the rows, and for each strength of a sweep
@@ -80,9 +90,11 @@ def experiment(
     if added is not None:
         if truth is not None:
             raise InvalidParameter("noise and ground_truth are both given; noise is added to a clean mesh")
-        if not 0 <= added < math.inf:
-            raise InvalidParameter(f"noise is {added}; it must be finite and not negative, in mean edges")
+        added = check_number("noise", added, *NOISE_IN_EXTENTS)
         truth, given = given, Surface(noise.gaussian(given, added, seed), given.faces)
+    for surface in filter(None, (given, truth)):
+        for size in (np.abs(surface.vertices).max(), np.ptp(surface.vertices, axis=0).max()):
+            check_extent(int(np.frexp(size)[1]), LARGEST_EXPONENT_OF_AREAS, "squares of areas")
     if mean_edge_length(given) == 0:
         raise InvalidSurface("faces", "have no edge of any length", "give a surface")
     large, once = len(given.vertices) > _WHOLE, len(given.vertices) > _ONCE
@@ -243,7 +255,7 @@ class _Bench:
             "offset": ruler.offset(result),
             "displacement": ruler.displacement(result),
         }
-        if is_closed(ruler.surface):
+        if is_closed(ruler.surface) and signed_volume(ruler.surface) != 0:
             values["volume"] = metrics.volume_change(result, ruler.surface)
         if self.corresponds and self.truth is not None:
             along = self.judged.along_normals(self.truth.vertices, result.vertices)

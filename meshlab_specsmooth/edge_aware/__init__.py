@@ -14,14 +14,23 @@ Carlo: Ramani, Blu, Unser 2008), and the setting with the least is taken.
 
 from __future__ import annotations
 
-import numpy as np
 import numpy.typing as npt
 
 from meshlab_specsmooth.edge_aware.denoising import FAVORS, denoised
 from meshlab_specsmooth.edge_aware.regions import region_of
 from meshlab_specsmooth.edge_aware.result import Considered, EdgeAwareResult, Setting
 from meshlab_specsmooth.edge_aware.search import Fixed
-from meshlab_specsmooth.errors import InvalidParameter, check_name
+from meshlab_specsmooth.parameters import (
+    MOST_FACE_PASSES,
+    RANGE_WIDTHS,
+    STRENGTHS,
+    check_barycenter_weight,
+    check_choice,
+    check_count,
+    check_flag,
+    check_number,
+    check_progress,
+)
 from meshlab_specsmooth.spectral.progress import Progress
 from meshlab_specsmooth.surface import Surface
 
@@ -58,11 +67,12 @@ def smooth_edge_aware(
         Whether the error of positions is to be least, or rather that of the normals: then the noise is taken for 1.4
         times as high.
     strength : float, optional
-        t > 0; 0.1 is gentle, 2 to 6 suits hard edges under much noise. Chosen by estimated error if not given.
+        t, from 2.2e-16 to 4.5e15; 0.1 is gentle, 2 to 6 suits hard edges under much noise. Chosen by estimated
+        error if not given.
     range_width : float, optional
-        Between unit normals: 0.2 for hard edges, 0.6 for organic shapes. Chosen if not given.
+        Between unit normals, from 2.2e-16 to 6.7e7: 0.2 for hard edges, 0.6 for organic shapes. Chosen if not given.
     passes : int, optional
-        Chosen if not given.
+        1 to 100. Chosen if not given.
     start : {"auto", "given", "smoothed"}
         What the first pass filters: the surface as given, for hard edges, or the isotropically smoothed one, for
         organic shapes. ``"auto"`` chooses, unless nothing else is left to be chosen: then it is as given.
@@ -110,11 +120,17 @@ def smooth_edge_aware(
     >>> bool(abs(result.vertices - flat).max() < 1e-12)
     True
     """
-    _check(favor, strength, range_width, passes, start, barycenter_weight)
-    fixed = Fixed(strength, range_width, passes, start, barycenter_weight)
+    fixed = Fixed(
+        None if strength is None else check_number("strength", strength, *STRENGTHS),
+        None if range_width is None else check_number("range_width", range_width, *RANGE_WIDTHS),
+        None if passes is None else check_count("passes", passes, 1, MOST_FACE_PASSES),
+        check_choice("start", start, STARTS),
+        None if barycenter_weight is None else check_barycenter_weight(barycenter_weight),
+    )
+    favor = check_choice("favor", favor, FAVORS)
     surface = _surface(vertices, faces)
     region = region_of(surface, boundary, mask, features, feature_gain, creases)
-    return denoised(surface, favor, fixed, region, False, weld, progress)
+    return denoised(surface, favor, fixed, region, False, check_flag("weld", weld), check_progress(progress))
 
 
 def denoise(
@@ -156,32 +172,12 @@ def denoise(
     >>> bool(abs(result.vertices - flat).max() < 1e-12)
     True
     """
-    check_name("favor", favor, FAVORS)
+    favor = check_choice("favor", favor, FAVORS)
     surface = _surface(vertices, faces)
     region = region_of(surface, boundary, mask, features, feature_gain, creases)
-    return denoised(surface, favor, Fixed(), region, True, weld, progress)
+    return denoised(surface, favor, Fixed(), region, True, check_flag("weld", weld), check_progress(progress))
 
 
 def _surface(vertices: npt.ArrayLike, faces: npt.ArrayLike) -> Surface:
     """Checked; its constructor makes arrays of what it is given."""
     return Surface(vertices, faces)  # type: ignore[arg-type]
-
-
-def _check(
-    favor: str,
-    strength: float | None,
-    range_width: float | None,
-    passes: int | None,
-    start: str,
-    barycenter_weight: float | None,
-) -> None:
-    check_name("favor", favor, FAVORS)
-    check_name("start", start, STARTS)
-    numbers = {"strength": strength, "range_width": range_width, "barycenter_weight": barycenter_weight}
-    for name, value in numbers.items():
-        if value is not None and not 0 < value < np.inf:
-            raise InvalidParameter(f"{name} is {value}; it must be positive and finite")
-    if passes is not None and (
-        isinstance(passes, bool) or not isinstance(passes, int | np.integer) or not 1 <= passes <= 100
-    ):
-        raise InvalidParameter(f"passes is {passes!r}; it must be a whole number from 1 to 100")

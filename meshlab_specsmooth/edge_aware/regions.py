@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from meshlab_specsmooth.errors import InvalidParameter, check_name
+from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.graph.creases import keys_of, sides_of
+from meshlab_specsmooth.parameters import GAINS, check_choice, check_number, check_weights
 from meshlab_specsmooth.patches import MIN_COUNTED
-from meshlab_specsmooth.region import ALL_KEPT, BOUNDARIES, NOTHING_SELECTED, fade, weights
+from meshlab_specsmooth.region import ALL_KEPT, BOUNDARIES, NOTHING_SELECTED, fade
 from meshlab_specsmooth.surface import Booleans, Floats, Integers, Surface
 
 
@@ -96,12 +97,11 @@ def region_of(
     InvalidParameter
         Names the parameter, and the first vertex or row that is wrong.
     """
-    check_name("boundary", boundary, BOUNDARIES)
-    if not _is_number(feature_gain) or not 0 <= feature_gain < np.inf:
-        raise InvalidParameter(f"feature_gain is {feature_gain!r}; it must be a number, finite and not negative")
+    boundary = check_choice("boundary", boundary, BOUNDARIES)
+    feature_gain = check_number("feature_gain", feature_gain, *GAINS)
     n = len(surface.vertices)
-    inside = None if mask is None else weights("mask", mask, n) > 0
-    kept = None if features is None else feature_gain * weights("features", features, n)
+    inside = None if mask is None else check_weights("mask", mask, n) > 0
+    kept = None if features is None else feature_gain * check_weights("features", features, n)
     pairs, angle = None, None
     if creases is not None:
         given = _array(creases)
@@ -119,19 +119,16 @@ def region_of(
 
 
 def _angle(given: object) -> float:
-    if not _is_number(given) or not 0 < given < 180:  # type: ignore[operator]
-        raise InvalidParameter(f"creases is {given!r}; an angle lies between 0 and 180 degrees, both excluded")
-    return float(given)  # type: ignore[arg-type]
-
-
-def _is_number(given: object) -> bool:
-    return isinstance(given, int | float | np.integer | np.floating) and not isinstance(given, bool)
+    angle = check_number("creases", given, 0.0, 180.0, "an angle between 0 and 180 degrees, both excluded")
+    if not 0 < angle < 180:
+        raise InvalidParameter(f"creases is {angle}; an angle lies between 0 and 180 degrees, both excluded")
+    return angle
 
 
 def _array(given: object) -> npt.NDArray[Any]:
     try:
         return np.asarray(given)
-    except ValueError as error:
+    except Exception as error:  # an object may raise anything when an array is made of it
         raise InvalidParameter(f"creases is no array of vertex pairs ({error})") from error
 
 

@@ -11,6 +11,7 @@ from meshlab_specsmooth.compare.comparison import Comparison
 from meshlab_specsmooth.compare.competitors import Competitor
 from meshlab_specsmooth.compare.experiment import experiment
 from meshlab_specsmooth.errors import InvalidParameter
+from meshlab_specsmooth.parameters import LARGEST_SEED, check_count, check_path, check_progress, show
 from meshlab_specsmooth.report import page
 from meshlab_specsmooth.spectral.progress import Progress, part
 from meshlab_specsmooth.surface import Surface
@@ -87,14 +88,16 @@ def compare(
     >>> found.headline()
     'Take specsmooth automatic; the truth agrees'
     """
+    progress = check_progress(progress)
+    seed = check_count("seed", seed, 0, LARGEST_SEED)
+    if name is not None and not isinstance(name, str):
+        raise InvalidParameter(f"name is {show(name)}; it must be a string")
     if out is not None:
-        page.made(out)
-    if seed < 0:
-        raise InvalidParameter(f"seed is {seed}; it must not be negative")
+        page.made(check_path("out", out))
     given = surface_of(mesh)
     found = experiment(
         given,
-        truth=None if ground_truth is None else surface_of(ground_truth),
+        truth=None if ground_truth is None else surface_of(ground_truth, "ground_truth"),
         added=noise,
         seed=seed,
         filters=filters,
@@ -108,7 +111,7 @@ def compare(
     return found
 
 
-def surface_of(mesh: Mesh) -> Surface:
+def surface_of(mesh: Mesh, name: str = "mesh") -> Surface:
     """The surface of a MeshSet's current mesh, or of arrays."""
     if isinstance(mesh, Surface):
         return mesh
@@ -116,7 +119,7 @@ def surface_of(mesh: Mesh) -> Surface:
         return Surface(*meshset.pull(mesh))
     if isinstance(mesh, tuple | list) and len(mesh) == 2:
         return Surface(*mesh)
-    raise InvalidParameter(f"mesh is a {type(mesh).__name__}; give a MeshSet, a Surface or (vertices, faces)")
+    raise InvalidParameter(f"{name} is {show(mesh)}; give a MeshSet, a Surface or (vertices, faces)")
 
 
 def _label(mesh: Mesh) -> str:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from meshlab_specsmooth.errors import check_name
 from meshlab_specsmooth.graph.laplacian import Laplacian
-from meshlab_specsmooth.response import Response, band, response
+from meshlab_specsmooth.parameters import check_choice
+from meshlab_specsmooth.response import RESPONSES, Response, band, response
 from meshlab_specsmooth.spectral import SpectralFilter, density, eigenbasis, inertia
 from meshlab_specsmooth.spectral.chebyshev import PassedOn, approximate
 from meshlab_specsmooth.spectral.cutoff import Cutoff, from_wavelength
@@ -79,7 +79,8 @@ def design(
         An eigenbasis that would not fit in memory.
     """
     n = L.size
-    check_name("counting", counting, COUNTINGS)
+    name = check_choice("response", name, RESPONSES)
+    counting = check_choice("counting", counting, COUNTINGS)
     if not is_exact(method, n):
         if by == "wavelength":
             cutoff = from_wavelength(size, n)
@@ -134,5 +135,5 @@ def design_band(
 
 def is_exact(method: str, vertex_count: int) -> bool:
     """Whether a method means eigenvectors, at that size."""
-    check_name("method", method, METHODS)
+    method = check_choice("method", method, METHODS)
     return method == "exact" or (method == "auto" and vertex_count <= eigenbasis.DENSE_VERTICES)

@@ -1,0 +1,150 @@
+"""What parameters may be: whatever else is given is refused, by name, by every public function."""
+
+import inspect
+from dataclasses import replace
+from decimal import Decimal
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+import meshlab_specsmooth as mss
+from meshlab_specsmooth import parameters
+from tests.meshes import rough, torus
+
+V, F = rough(torus(6, 5))
+PREPARED = mss.prepare(V, F)
+
+
+class Odd:
+    """Neither an array, nor a text, nor to be compared."""
+
+    __hash__ = None
+
+    def __array__(self, dtype=None, copy=None):
+        raise ZeroDivisionError("no array")
+
+    def __repr__(self):
+        raise RuntimeError("no text")
+
+    def __eq__(self, other):
+        raise RuntimeError("not to be compared")
+
+
+# Nothing takes these, whatever the parameter
+NOTHING = (1j, b"x", object(), Odd(), [0.5], {"a": 1}, np.ones(3), np.ones((2, 2)), Decimal("0.5"), -(10**5000))
+FUNCTIONS = {
+    **{f.__name__: (f, (V, F)) for f in (mss.smooth, mss.low_pass, mss.enhance, mss.prepare, mss.spectrum)},
+    **{f.__name__: (f, (V, F)) for f in (mss.smooth_edge_aware, mss.denoise)},
+    **{f"prepared.{name}": (getattr(PREPARED, name), ()) for name in ("smooth", "low_pass", "enhance")},
+    "estimate_error": (mss.estimate_error, (lambda x: x, V, F)),
+    "compare": (mss.compare, ((V, F),)),
+    "batch": (mss.batch, ("nothing.ply", "/proc/nowhere")),
+    "Competitor": (mss.Competitor, ("a", "apply_coord_taubin_smoothing")),
+}
+
+
+def settable(function, given):
+    names = [name for name, p in inspect.signature(function).parameters.items() if p.kind is not p.VAR_KEYWORD]
+    return names[len(given) :]
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_what_no_parameter_can_be_is_refused_by_name(name):
+    function, given = FUNCTIONS[name]
+    names = settable(function, given)
+    assert names
+    for parameter in names:
+        for value in NOTHING:
+            if parameter == "parameters" and isinstance(value, dict):
+                continue
+            with pytest.raises(mss.InvalidParameter, match=parameter) as caught:
+                function(*given, **{parameter: value})
+            assert "\n" not in str(caught.value)
+            assert len(str(caught.value)) < 400
+
+
+@pytest.mark.parametrize(
+    ("function", "given", "words"),
+    [
+        (mss.smooth, {"barycenter_weight": np.ones(30)}, r"is an array of shape \(30,\); it must be one number"),
+        (mss.smooth, {"barycenter_weight": 1e300}, r"barycenter_weight is 1e\+300; it must be one number from 1.5e-08"),
+        (mss.smooth, {"barycenter_weight": 1e-300}, "barycenter_weight is 1e-300"),
+        (mss.smooth, {"passes": 10**6}, "passes is 1000000; it must be a whole number from 1 to 1000"),
+        (mss.smooth, {"passes": True}, "passes is True"),
+        (mss.smooth, {"feature_gain": 1e300}, "feature_gain is 1e"),
+        (mss.smooth, {"wavelength": True}, "wavelength is True"),
+        (mss.smooth, {"response": None}, "response is None; it must be one of"),
+        (mss.smooth, {"mask": np.full(30, "1")}, "mask has dtype <U1"),
+        (mss.smooth, {"mask": np.ones(30, dtype=complex)}, "mask has dtype complex128"),
+        (mss.smooth, {"progress": 1}, "progress is 1; it must be a function"),
+        (mss.enhance, {"gain": 1e300}, "gain is 1e"),
+        (mss.enhance, {"barycenter_weight": None}, "barycenter_weight is None"),
+        (mss.smooth_edge_aware, {"strength": 1e-300}, "strength is 1e-300; it must be one number from 2.22e-16"),
+        (mss.smooth_edge_aware, {"strength": 1e300}, "strength is 1e"),
+        (mss.smooth_edge_aware, {"range_width": 1e-300}, "range_width is 1e-300"),
+        (mss.smooth_edge_aware, {"passes": 101}, "passes is 101; it must be a whole number from 1 to 100"),
+        (mss.spectrum, {"bands": 10**9}, "bands is 1000000000"),
+        (mss.spectrum, {"bands": 8.0}, "bands is 8.0"),
+    ],
+)
+def test_the_ends_of_ranges_are_named(function, given, words):
+    with pytest.raises(mss.InvalidParameter, match=words):
+        function(V, F, **given)
+
+
+def test_numbers_of_every_kind_are_numbers():
+    for weight in (np.float32(0.5), np.float16(0.5), np.longdouble(0.5), np.array(0.5), Fraction(1, 2)):
+        assert np.array_equal(
+            mss.smooth(V, F, barycenter_weight=weight, wavelength=np.float32(4)).vertices,
+            mss.smooth(V, F, barycenter_weight=0.5, wavelength=4).vertices,
+        )
+    for passes in (np.int8(2), np.uint64(2), np.array(2)):
+        assert mss.smooth(V, F, barycenter_weight=np.int64(1), passes=passes).passes == 2
+
+
+@pytest.mark.parametrize(("low", "name"), [(0, "weight"), (1, "weight"), (0, "strength"), (1, "range_width")])
+def test_at_the_ends_of_ranges_results_are_finite(low, name):
+    bounds = {"weight": parameters.BARYCENTER_WEIGHTS, "strength": parameters.STRENGTHS}
+    value = (bounds | {"range_width": parameters.RANGE_WIDTHS})[name][low]
+    if name == "weight":
+        results = [mss.smooth(V, F, barycenter_weight=value), mss.enhance(V, F, barycenter_weight=value, gain=2.0**26)]
+    else:
+        results = [mss.smooth_edge_aware(V, F, passes=2, **({"strength": 1.0, "range_width": 0.3} | {name: value}))]
+    assert all(np.isfinite(result.vertices).all() for result in results)
+
+
+def test_a_result_beyond_the_range_of_numbers_is_an_error():
+    with pytest.raises(mss.InvalidParameter, match="leaves the range of numbers"):
+        mss.enhance(np.ldexp(V, 997), F, gain=2.0**26, barycenter_weight=2.0**-26)
+
+
+def test_a_start_that_is_no_result_for_this_mesh_is_refused():
+    result = PREPARED.smooth(barycenter_weight=1.0)
+    other = mss.smooth(V * 1e300, F, barycenter_weight=1.0)
+    tiny = mss.prepare(V * 1e-300, F)
+    with pytest.raises(mss.InvalidParameter, match="start is too far from this mesh"):
+        tiny.smooth(barycenter_weight=1.0, start=other)
+    with pytest.raises(mss.InvalidParameter, match="start is an array"):
+        PREPARED.smooth(barycenter_weight=1.0, start=result.vertices)
+
+
+def test_a_meshset_that_is_none_is_refused():
+    for ms in (None, "mesh", (V, F), Odd()):
+        with pytest.raises(mss.InvalidParameter, match="ms is .*; it must be a pymeshlab.MeshSet"):
+            mss.apply_coord_spectral_smoothing(ms)
+
+
+def test_noise_that_a_caller_has_changed_must_still_be_noise():
+    noise = mss.estimate_noise(V, F)
+    for wrong in (
+        {"level": np.nan},
+        {"kind": "loud"},
+        {"covariance": np.full((3, 3), np.nan)},
+        {"covariance": np.eye(2)},
+        {"orders": "four"},
+        {"hit": 0.0},
+        {"shared": 1.0, "level": 0.5},
+    ):
+        with pytest.raises(mss.InvalidParameter, match="noise.(" + "|".join(wrong) + ")"):
+            mss.estimate_error(lambda x: x, V, F, noise=replace(noise, **wrong))
