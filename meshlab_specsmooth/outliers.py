@@ -30,6 +30,8 @@ MAX_FRACTION = 0.005
 _OVER_MEAN_EDGE = 1.0
 # Two strays next to each other hide each other: found in rounds
 _ROUNDS = 3
+# and then they are each other's neighbors, whose places settle in some rounds
+_SETTLING = 5
 _MIN_NEIGHBORS = 3
 
 
@@ -64,7 +66,12 @@ def replace_outliers(
             return X, np.empty(0, dtype=np.int64)
         Y = Y.copy() if Y is X else Y
         Y[strays] = _fill(Y, L, strays)
-    return Y, np.unique(np.concatenate(found)) if found else np.empty(0, dtype=np.int64)
+    if not found:
+        return X, np.empty(0, dtype=np.int64)
+    indices = np.unique(np.concatenate(found))
+    for _ in range(_SETTLING):
+        Y[indices] = _fill(Y, L, indices)
+    return Y, indices
 
 
 def _find(X: Floats, L: Laplacian, held: npt.NDArray[np.integer] | None) -> npt.NDArray[np.int64]:
@@ -115,8 +122,11 @@ def _is_stray(X: Floats, L: Laplacian, i: int, distance: float) -> bool:
     edge = float(np.median(np.concatenate(lengths)))
     if distance <= _OVER_EDGE * edge or distance <= _OVER_NEIGHBORS * sorted(off)[-2]:
         return False
-    center = X[around].mean(axis=0)
-    normal = np.linalg.svd(X[around] - center)[2][-1]
+    ring = X[around]
+    if len(ring) > _MIN_NEIGHBORS:  # less the one that may be a stray as well
+        ring = np.delete(ring, np.linalg.norm(ring - np.median(ring, axis=0), axis=1).argmax(), axis=0)
+    center = ring.mean(axis=0)
+    normal = np.linalg.svd(ring - center)[2][-1]
     return bool(abs((X[i] - center) @ normal) > _OUT_OF_PLANE * distance)
 
 

@@ -46,7 +46,7 @@ from meshlab_specsmooth.spectral.density import Density
 from meshlab_specsmooth.spectral.design import Design, design, design_band, is_exact
 from meshlab_specsmooth.spectral.progress import Progress, part, rising
 from meshlab_specsmooth.surface import Booleans, Floats, Integers, Surface
-from meshlab_specsmooth.triangles import find_uneven_vertices
+from meshlab_specsmooth.triangles import describe_lost, find_lost_vertices
 from meshlab_specsmooth.welding import find_copies
 
 # The default cut-off: waves of 20 edges are shape on any mesh that resolves its shape at all, waves of a few edges are
@@ -70,9 +70,6 @@ _NEARLY_ALL = 0.9
 # A result out of proportion to the noise is tried again with a weight so many times as high, so often, before the input
 # is handed back
 _FIRMER, _RETRIES = 3.0, 2
-
-# Between long thin triangles a vertex that would move by more than so many noise levels is not moved
-_LOST_OVER = 8.0
 
 # A given weight that changes the volume or the size by more than this is warned of
 _WORTH_A_WARNING = 0.02
@@ -596,15 +593,15 @@ class Prepared:
             return self._from_start(result, chosen)
 
         result = smooth_by(weight, mask, start)
-        lost = self._find_lost(self._displacement_of(result), noise)
+        displacement = self._displacement_of(result)
+        lost = find_lost_vertices(displacement, self.positions, self.faces, self.L, noise.level)
         if lost is not None:
             mask = self._mask_without(mask, lost)
-            notes.append(f"{int(lost.sum())} vertices between long thin triangles are left alone")
+            notes.append(describe_lost(lost))
             result = smooth_by(weight, mask, None)
             displacement = self._displacement_of(result)
             displacement[lost] = 0.0  # where impulses were clipped before
-            result = self._with_displacement(result, displacement)
-        displacement = self._displacement_of(result)
+            result = self._with_displacement(result, displacement.copy())
         change = first = self._compare(displacement, count, labels, noise)
         for _ in range(_RETRIES):
             if not change.excessive.any():
@@ -625,14 +622,6 @@ class Prepared:
                 what = f"of {int(change.excessive.sum())} of {count} components the input is"
             notes.append(first.describe_replaced("the input is" if change.excessive.all() else what))
         return _with_warning(result, *notes)
-
-    def _find_lost(self, displacement: Floats, noise: Noise) -> Booleans | None:
-        """(k,) vertices between long thin triangles that would move by more than any noise of that level explains."""
-        far = np.einsum("ij,ij->i", displacement, displacement) > (_LOST_OVER * noise.level) ** 2
-        if not far.any():
-            return None
-        far &= find_uneven_vertices(self.positions, self.faces, self.L)
-        return far if far.any() else None
 
     def _hold_volume(
         self,

@@ -18,6 +18,9 @@ _ASPECT_OF_EQUILATERAL = 2 / np.sqrt(3)
 # aspect above it to 2 % of the faces, and hardly ever to a third of those at a vertex and at half of its neighbors.
 MAX_ASPECT_AT_VERTEX = 12.0
 
+# Between such faces a vertex that would move by more than so many noise levels is not moved
+_LOST_OVER = 8.0
+
 
 def compute_aspects(X: Floats, F: Integers) -> Floats:
     """(m,) longest side over altitude of each face, 1 for equilateral ones; infinite for faces without area."""
@@ -55,3 +58,17 @@ def find_uneven_vertices(X: Floats, F: Integers, L: Laplacian) -> Booleans:
     uneven = (3 * thin >= faces) & (thin > 0)
     around = L.graph.adjacency(np.ones(len(L.graph.indices))) @ uneven.astype(np.float64)
     return np.asarray(uneven & (around >= 0.5 * L.degree[:, 0]))
+
+
+def find_lost_vertices(displacement: Floats, X: Floats, F: Integers, L: Laplacian, level: float) -> Booleans | None:
+    """(n,) vertices between long thin triangles that would move by more than any noise of a level explains, if any."""
+    far = np.einsum("ij,ij->i", displacement, displacement) > (_LOST_OVER * level) ** 2
+    if not far.any():
+        return None
+    far &= find_uneven_vertices(X, F, L)
+    return far if far.any() else None
+
+
+def describe_lost(lost: Booleans) -> str:
+    """That such vertices are not moved."""
+    return f"{int(lost.sum())} vertices between long thin triangles are left alone"

@@ -34,7 +34,8 @@ from meshlab_specsmooth.outliers import describe_outliers, replace_outliers
 from meshlab_specsmooth.parts import Part, describe_left_alone, describe_levels, label_components, split
 from meshlab_specsmooth.smoothing import describe_unused, find_corners, with_sides
 from meshlab_specsmooth.spectral.progress import Progress, part
-from meshlab_specsmooth.surface import Floats, Integers, Surface
+from meshlab_specsmooth.surface import Booleans, Floats, Integers, Surface
+from meshlab_specsmooth.triangles import describe_lost, find_lost_vertices
 from meshlab_specsmooth.welding import find_copies
 
 # Where a call stands when the operators are made, and when the setting is chosen
@@ -147,10 +148,11 @@ def _denoise_mesh(
     mesh: Mesh, favor: str, fixed: Fixed, region: Region, with_isotropic: bool, progress: Progress | None
 ) -> EdgeAwareResult:
     """Choice, filter and what is held afterwards, for a mesh in units of its mean edge; so is the result."""
-    is_automatic, given_mesh = fixed == Fixed(), mesh
-    outliers = np.empty(0, dtype=np.int64)
+    is_automatic = fixed == Fixed()
     if is_automatic:
-        mesh, outliers = _without_outliers(mesh, region)
+        repaired, outliers = _without_outliers(mesh, region)
+        if len(outliers):
+            return _denoise_repaired(mesh, repaired, outliers, favor, region, with_isotropic, progress)
     field = region.field(mesh.F, len(mesh.V))
     report = progress or (lambda _: None)
     report(_BUILT)
@@ -159,15 +161,9 @@ def _denoise_mesh(
     noise = measured.noise
     stays = field is not None and not field.any()
     if stays or (is_automatic and noise.is_left_alone):
-        if stays or noise.kind == UNCLEAR:  # strays cannot be told from such a shape either
-            mesh, outliers = given_mesh, outliers[:0]
-        unchanged = _untouched(mesh.V, noise, max(noise.level, noise.resolution), _volume_change(given_mesh, mesh.V))
-        return replace(
-            unchanged,
-            outliers=outliers,
-            creases=0 if region.creases is None else len(region.creases),
-            warning=_joined(describe_outliers(outliers), None if stays else noise.warning),
-        )
+        unchanged = _untouched(mesh.V, noise, max(noise.level, noise.resolution), _volume_change(mesh, mesh.V))
+        count = 0 if region.creases is None else len(region.creases)
+        return replace(unchanged, creases=count, warning=None if stays else noise.warning)
     X, level = mesh.V, noise.level * _FAVORING[favor]
     whole = mesh
     creases = creases_by_angle(mesh, region.angle, noise, level) if region.angle is not None else region.creases
@@ -188,13 +184,18 @@ def _denoise_mesh(
     Y, flips = _apply(mesh, rows[0].setting, favor, level, part(progress, _CHOSEN, 1 - _CHOSEN))
     if field is not None:
         Y = X + field[:, None] * (Y - X)
+    notes = []
+    lost = _find_lost(whole, Y, noise.level) if is_automatic else None
+    if lost is not None:
+        Y[lost] = X[lost]
+        notes.append(describe_lost(lost))
     change = compare_shapes(X, Y, mesh.F, *_components(whole), noise)
-    note = None
     if is_automatic and change.excessive.any():
         Y, weight, note = _within_reason(whole, Y, favor, noise, change, field)
+        notes.append(note)
         rows = [Row(Setting("smoothed", 0.0, 0.0, 0, weight), np.nan), *rows]
     elif not is_automatic and change.is_large:
-        note = f"this setting changes the shape: {change.describe()}"
+        notes.append(f"this setting changes the shape: {change.describe()}")
     report(1.0)
     setting = rows[0].setting
     return EdgeAwareResult(
@@ -209,18 +210,50 @@ def _denoise_mesh(
         error=_root(rows[0].error),
         considered=tuple(Considered(row.setting, _root(row.error)) for row in rows),
         flips=flips,
-        volume_change=_volume_change(given_mesh, Y),
+        volume_change=_volume_change(mesh, Y),
         displacement=0.0,
         kernels=mesh.kernels.name,
-        warning=_joined(
-            describe_outliers(outliers),
-            note,
-            noise.warning,
-        ),
+        warning=_joined(*notes, noise.warning),
         seconds=0.0,
         creases=0 if mesh.cut is None else len(mesh.cut.edges),
-        outliers=outliers,
     )
+
+
+def _denoise_repaired(
+    mesh: Mesh,
+    repaired: Mesh,
+    outliers: npt.NDArray[np.int64],
+    favor: str,
+    region: Region,
+    with_isotropic: bool,
+    progress: Progress | None,
+) -> EdgeAwareResult:
+    """The same for a mesh whose strays were put back, in units of the edges that it has then."""
+    h = mean_side(repaired.V, repaired.F)
+    rescaled = built(repaired.V / h, repaired.F, repaired.counts, repaired.boundary)
+    result = _denoise_mesh(rescaled, favor, Fixed(), region, with_isotropic, progress)
+    if result.noise.kind == UNCLEAR:  # then strays cannot be told from shape either
+        return replace(_scaled(result, h), vertices=mesh.V)
+    everyone = np.union1d(outliers, result.outliers)
+    return replace(
+        _scaled(result, h),
+        vertices=result.vertices * h,
+        volume_change=_volume_change(mesh, result.vertices * h),
+        outliers=everyone,
+        warning=_joined(describe_outliers(everyone), result.warning),
+    )
+
+
+def _find_lost(mesh: Mesh, Y: Floats, level: float) -> Booleans | None:
+    """Vertices that would be lost between long thin triangles, if any."""
+    prepared = mesh.isotropic
+    at = prepared.moving
+    found = find_lost_vertices((Y - mesh.V)[at], mesh.V[at], prepared.faces, prepared.L, level)
+    if found is None:
+        return None
+    lost = np.zeros(len(mesh.V), dtype=np.bool_)
+    lost[at] = found
+    return lost
 
 
 def _apply(mesh: Mesh, setting: Setting, favor: str, level: float, progress: Progress | None) -> tuple[Floats, int]:
