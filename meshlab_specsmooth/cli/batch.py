@@ -7,8 +7,8 @@ import argparse
 from meshlab_specsmooth import descriptors
 from meshlab_specsmooth.batch.many import FILTER, TIME_LIMIT, batch
 from meshlab_specsmooth.batch.work import Outcome
-from meshlab_specsmooth.cli.options import add_options, given_parameters
-from meshlab_specsmooth.cli.progress import bar, say
+from meshlab_specsmooth.cli.options import add_force, add_options, given_parameters
+from meshlab_specsmooth.cli.progress import bar, printable, say
 from meshlab_specsmooth.errors import SpecsmoothError
 
 _DESCRIPTOR = descriptors.load(FILTER)
@@ -69,6 +69,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=True,
         help="contact sheets, where the extra `report` is installed (default: True)",
     )
+    add_force(parser)
     parser.add_argument(
         "--denoise",
         action="store_true",
@@ -90,6 +91,7 @@ def run(arguments: argparse.Namespace) -> None:
             resume=arguments.resume,
             ending=None if arguments.format is None else "." + arguments.format.lstrip("."),
             pictures=arguments.pictures,
+            force=arguments.force,
             progress=progress,
             each=lambda outcome: say(line(outcome)),
             **given_parameters(arguments, _DESCRIPTOR),
@@ -114,4 +116,6 @@ def line(outcome: Outcome) -> str:
         if outcome.volume_change is not None:
             words.append(f"volume {100 * outcome.volume_change:+.3f} %")
         words.append(f"{outcome.seconds:.2f} s")
-    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in " ".join(words))
+        if outcome.warning:
+            words.append(f"({outcome.warning})")
+    return printable(" ".join(words))

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import sys
 
 from meshlab_specsmooth import descriptors
 from meshlab_specsmooth.bridge import files, meshset
 from meshlab_specsmooth.bridge.measures import crossing_faces
+from meshlab_specsmooth.cli.meshes import read_to_write, write
 from meshlab_specsmooth.cli.options import add_files, add_options
-from meshlab_specsmooth.cli.progress import bar
+from meshlab_specsmooth.cli.progress import bar, notice
 from meshlab_specsmooth.edge_aware import Considered, denoise
 from meshlab_specsmooth.edge_aware.result import DRAWN_IN
 from meshlab_specsmooth.surface import Floats, Integers
@@ -34,12 +34,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Read, denoise, write, and say what was found."""
     files.check_target(arguments.output)
-    ms = files.read(arguments.input)
+    ms = read_to_write(arguments)
     vertices, faces = meshset.pull(ms)
     with bar("denoising") as progress:
         result = denoise(vertices, faces, favor=arguments.favor, progress=progress)
     meshset.push(ms, meshset.in_one_pass(vertices, result.vertices))
-    files.write(ms, arguments.output, source=arguments.input)
+    write(ms, arguments)
     edge = result.noise.mean_edge or 1.0
     print(
         f"{arguments.output}: {len(vertices)} vertices, noise {result.noise.level / edge:.3f} mean edges "
@@ -53,7 +53,7 @@ def run(arguments: argparse.Namespace) -> None:
     if len(result.considered) > _SHOWN:
         print(f"  and {len(result.considered) - _SHOWN} more settings")
     if result.warning is not None:
-        print(f"specsmooth: {result.warning}", file=sys.stderr)
+        notice(result.warning)
 
 
 def crossed(before: Floats, after: Floats, faces: Integers) -> tuple[int, int]:
