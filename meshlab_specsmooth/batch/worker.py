@@ -73,7 +73,7 @@ def _done(work: Callable[[Job], Outcome], job: Job, limit: int) -> Outcome:
         left = copies.take_over(copy)
         if code != 0:
             left.discard()
-            temporary.sweep(Path(job.output).parent)
+            temporary.sweep(Path(job.output).parent, copy.process)
     if code != 0 or left.answer is None:
         end = f"crashed ({signal.Signals(-code).name})" if code < 0 else f"ended with exit code {code}"
         return failure(job, CRASHED, f"the process that read or smoothed it {end}")

@@ -56,7 +56,7 @@ class Temporary:
 
 def make(place: str | os.PathLike[str] | None = None) -> Temporary:
     """Make a temporary folder in a place, or where the system has them; only this user can look into it."""
-    root = Path(tempfile.mkdtemp(prefix=PREFIX, dir=place))
+    root = Path(tempfile.mkdtemp(prefix=f"{PREFIX}{os.getpid()}-", dir=place))
     lock = -1
     try:
         (root / _CONTENT).mkdir()
@@ -101,22 +101,29 @@ def _try_lock(file: int) -> bool:
     return True
 
 
-def sweep(place: str | os.PathLike[str]) -> None:
-    """Remove the temporary folders of a place that are nobody's any more."""
+def sweep(place: str | os.PathLike[str], ended: int | None = None) -> None:
+    """Remove the temporary folders of a place that are nobody's any more.
+
+    Parameters
+    ----------
+    place : path
+    ended : int, optional
+        A copy of this process that has ended: it may have begun a folder, and not have locked it yet.
+    """
     if os.name != "posix":
         return
     for root in Path(place).glob(f"{PREFIX}*"):
-        if _is_abandoned(root):
+        if _is_abandoned(root, begun=root.name.startswith(f"{PREFIX}{ended}-")):
             shutil.rmtree(root, ignore_errors=True)
 
 
-def _is_abandoned(root: Path) -> bool:
+def _is_abandoned(root: Path, begun: bool) -> bool:
     try:
         status = root.lstat()
         if not stat.S_ISDIR(status.st_mode) or status.st_uid != os.getuid():
             return False
         if not (root / _LOCK).is_file():
-            return time.time() - status.st_mtime > _FORGOTTEN
+            return begun or time.time() - status.st_mtime > _FORGOTTEN
         lock = os.open(root / _LOCK, os.O_RDWR | os.O_CLOEXEC | os.O_NOFOLLOW)
     except OSError:  # it is being removed, or not for this process to look at
         return False

@@ -126,9 +126,10 @@ def _run_in_a_copy(given: argparse.Namespace, file: str) -> int:
         left.discard()
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
-    if code < 0:
+    if code != DONE:
         for place in _places(given):  # what the copy was writing
-            temporary.sweep(place)
+            temporary.sweep(place, copy.process)
+    if code < 0:
         raise Crashed(f"{file}: the process that read, changed or wrote it crashed ({signal.Signals(-code).name})")
     return code
 
