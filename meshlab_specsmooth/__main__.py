@@ -2,6 +2,6 @@
 
 import sys
 
-from meshlab_specsmooth.cli import main
+from specsmooth import main
 
 sys.exit(main())

@@ -21,7 +21,7 @@ import meshlab_specsmooth as mss
 from meshlab_specsmooth.batch import cluster, local, work
 from meshlab_specsmooth.batch.inputs import sources
 from meshlab_specsmooth.batch.work import RECORD_ENDING, Job
-from meshlab_specsmooth.bridge import files, meshset
+from meshlab_specsmooth.bridge import files, meshset, temporary
 from meshlab_specsmooth.cli import batch as command_line
 from meshlab_specsmooth.cli import main
 from meshlab_specsmooth.report import contact_sheet
@@ -59,18 +59,20 @@ def in_this_process(monkeypatch):
 
 # a worker whose process ends, in one way or another, on meshes that are called so
 DYING = """
-import os, time
+import atexit, os, time
 from meshlab_specsmooth.batch import work, worker
 def fake(job):
     if "killed" in job.source:
         os.kill(os.getpid(), 9)
     if "exits" in job.source:
         os._exit(3)
+    if "damaged" in job.source:
+        atexit.register(os.abort)
     if "endless" in job.source:
         time.sleep(1000)
     if "garbles" in job.source:
         os.write(answers, b'{"half')
-        os._exit(0)
+        os.kill(os.getppid(), 9)
     return work.run(job)
 answers = os.dup(1)
 worker.serve(fake)
@@ -132,7 +134,7 @@ def test_a_damaged_mesh_is_a_line_and_an_exit_code(tmp_path, capsys):
 def test_a_mesh_that_takes_its_process_down_costs_no_other(tmp_path, monkeypatch):
     monkeypatch.setattr(local, "COMMAND", (sys.executable, "-c", DYING))
     inputs = scans(tmp_path / "in", 3)
-    for name in ("killed", "exits", "garbles"):
+    for name in ("killed", "exits", "garbles", "damaged"):
         shutil.copy(inputs / "scan0.ply", inputs / f"{name}.ply")
     summary = batch(inputs, tmp_path / "out")
     expected = {"scan0": "done", "scan1": "done", "scan2": "done"}
@@ -140,7 +142,11 @@ def test_a_mesh_that_takes_its_process_down_costs_no_other(tmp_path, monkeypatch
         "killed": "crashed",
         "exits": "crashed",
         "garbles": "crashed",
+        "damaged": "crashed",
     }
+    assert set(outputs(tmp_path / "out")) == {f"{name}.ply" for name in expected}
+    assert {path.name.split(".")[0] for path in records(tmp_path / "out")} == set(expected)
+    assert not list((tmp_path / "out").glob(f"{temporary.PREFIX}*"))
     reasons = {Path(outcome.input).stem: outcome.reason for outcome in summary.outcomes}
     assert "crashed (SIGKILL)" in reasons["killed"]
     assert "exit code 3" in reasons["exits"]
@@ -329,7 +335,7 @@ def until(condition, seconds=300):
 
 
 def records(out):
-    return list(out.rglob(f"*{RECORD_ENDING}"))
+    return list(out.glob(f"*{RECORD_ENDING}"))
 
 
 def assert_nothing_looks_finished_that_is_not(out):
@@ -359,7 +365,7 @@ def test_a_run_that_is_killed_is_gone_on_with(tmp_path, monkeypatch, number):
     if number != signal.SIGKILL:  # what was going on was cleaned up, and told
         assert not list(out.glob(".specsmooth-*"))
         counts = json.loads((out / "summary.json").read_text())["counts"]
-        assert counts["done"] + counts["not run"] == 6
+        assert counts.get("done", 0) + counts["not run"] == 6
     monkeypatch.setattr(local, "outcomes", lambda jobs, workers, time_limit: (work.run(job) for job, _ in jobs))
     again = batch(inputs, out, **LONG)
     assert again.is_complete
@@ -371,20 +377,35 @@ def test_a_run_that_is_killed_is_gone_on_with(tmp_path, monkeypatch, number):
     assert outputs(out) == outputs(tmp_path / "fresh")
 
 
+@posix
 def test_what_is_left_by_the_dead_is_removed_and_by_the_living_not(tmp_path):
-    with subprocess.Popen([sys.executable, "-c", ""]) as process:
-        process.wait()
-    dead, alive, else_where = (
-        tmp_path / f"{files._temporary_prefix(process.pid)}x",
-        tmp_path / f"{files._temporary_prefix(os.getpid())}x",
-        tmp_path / f".specsmooth-elsewhere-{process.pid}-x",
-    )
-    for folder in (dead, alive, else_where):
+    def folder_of_a_copy(ends):
+        """A temporary folder of a copy of this process, which ends at once or waits to be killed."""
+        reader, writer = os.pipe()
+        process = os.fork()
+        if process == 0:
+            os.write(writer, str(temporary.make(tmp_path).root).encode())
+            if not ends:
+                time.sleep(60)
+            os._exit(0)
+        if ends:
+            os.waitpid(process, 0)
+        return process, Path(os.read(reader, 1000).decode())
+
+    _, dead = folder_of_a_copy(ends=True)
+    process, alive = folder_of_a_copy(ends=False)
+    old, begun, strange = (tmp_path / f"{temporary.PREFIX}{name}" for name in ("old", "begun", "strange"))
+    for folder in (old, begun):
         folder.mkdir()
-    files.sweep(tmp_path)
-    assert sorted(tmp_path.iterdir()) == sorted(
-        [alive, else_where] if os.name == "posix" else [dead, alive, else_where]
-    )
+    os.utime(old, (0, 0))
+    strange.write_text("a file")
+    temporary.sweep(tmp_path)
+    assert not dead.exists()
+    assert set(tmp_path.iterdir()) == {alive, begun, strange}  # whatever number its process has, and where
+    os.kill(process, signal.SIGKILL)
+    os.waitpid(process, 0)
+    temporary.sweep(tmp_path)
+    assert set(tmp_path.iterdir()) == {begun, strange}
 
 
 @contextlib.contextmanager

@@ -361,6 +361,60 @@ def test_the_process_of_a_command_has_its_exit_code_and_streams(scan, tmp_path):
     assert run("smooth", scan, tmp_path / "o.ply", "--modes", "241")[0] == 2
 
 
+# importing the command line is interrupted, or finds no memory
+IMPORTING = """
+import signal, sys
+class Finder:
+    def find_spec(self, name, *_):
+        if name == "meshlab_specsmooth.cli":
+            {how}
+sys.meta_path.insert(0, Finder())
+import specsmooth
+sys.exit(specsmooth.main())
+"""
+
+
+@pytest.mark.parametrize(
+    ("how", "problem"),
+    [
+        ("signal.raise_signal(signal.SIGINT)", "interrupted"),
+        ("raise MemoryError", "memory ran out"),
+        ("raise ImportError('cannot map a file')", "cannot be imported: cannot map a file"),
+    ],
+)
+def test_what_goes_wrong_while_the_command_is_imported_is_one_line(how, problem):
+    command = [sys.executable, "-c", IMPORTING.format(how=how)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (1, "", f"specsmooth: {problem}\n")
+
+
+@pytest.mark.parametrize(
+    ("error", "problem"),
+    [(MemoryError(), "memory ran out"), (OSError("of another kind"), "standard output: of another kind")],
+)
+def test_an_error_without_words_of_the_system_is_one_line(scan, tmp_path, monkeypatch, capsys, error, problem):
+    def fail(*_, **__):
+        raise error
+
+    monkeypatch.setattr(files, "read", fail)
+    assert main(["smooth", str(scan), str(tmp_path / "o.ply")]) == 1
+    assert capsys.readouterr().err == f"specsmooth: {problem}\n"
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="names of POSIX")
+def test_names_that_cannot_be_printed_are_spelled_out(scan, tmp_path):
+    (tmp_path / "bad folder \udcff").mkdir()
+    script = tmp_path / "bad folder \udcff" / "s.mlx"
+    script.write_text("nothing")
+    environment = {**os.environ, "PYTHONIOENCODING": "ascii"}
+    command = [sys.executable, "-m", "meshlab_specsmooth"]
+    for arguments, code in ((["smooth", scan, tmp_path / "ü.ply"], 0), (["run", script, scan, tmp_path / "o.ply"], 1)):
+        done = subprocess.run([*command, *map(str, arguments)], capture_output=True, check=False, env=environment)
+        assert done.returncode == code
+        assert b"Traceback" not in done.stderr
+        assert (b"\\xfc.ply: 240 vertices" in done.stdout) if code == 0 else (b"bad folder \\udcff" in done.stderr)
+
+
 def test_every_command_has_help(run_here):
     for command in ("smooth", "run", "filters", "demo"):
         code, out, _ = run_here(command, "--help")

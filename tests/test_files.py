@@ -3,14 +3,21 @@
 import base64
 import filecmp
 import json
+import os
+import struct
+import sys
 
 import numpy as np
 import pymeshlab
 import pytest
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth.bridge import files, meshset
+from meshlab_specsmooth.batch import work
+from meshlab_specsmooth.bridge import files, meshset, textures
 from tests.meshes import torus
+
+PNG = b"\x89PNG\r\n\x1a\n" + bytes(30)  # begin as images do; pymeshlab reads neither
+JPEG, TIFF = b"\xff\xd8\xff\xe0" + bytes(30), b"II*\0" + bytes(30)
 
 
 @pytest.mark.parametrize("ending", ["ply", "obj", "stl", "off"])
@@ -37,10 +44,12 @@ def textured(folder, *textures, name="in.obj"):
     folder.mkdir(parents=True, exist_ok=True)
     corners = ["v 0 0 0", "v 1 0 0", "v 0 1 0", "v 0 0 1", "vt 0 0", "vt 1 0", "vt 0 1"]
     faces = ["f 1/1 3/2 2/3", "f 1/1 2/2 4/3", "f 2/1 3/2 4/3", "f 1/1 4/2 3/3"]
+    faces *= -(-len(textures) // 4)
     for i in range(len(textures)):
         faces[i] = f"usemtl m{i}\n{faces[i]}"
     (folder / name).write_text("\n".join(["mtllib m.mtl", *corners, *faces]) + "\n")
-    (folder / "m.mtl").write_text("".join(f"newmtl m{i}\nmap_Kd {name}\n" for i, name in enumerate(textures)))
+    materials = "".join(f"newmtl m{i}\nmap_Kd {name}\n" for i, name in enumerate(textures))
+    (folder / "m.mtl").write_text(materials, encoding="utf-8")
     return folder / name
 
 
@@ -54,7 +63,8 @@ def image(path):
 
 def references(path):
     """Names of textures in an OBJ file's materials or a PLY file's header."""
-    text = (path if path.suffix == ".ply" else path.with_name(path.name + ".mtl")).read_bytes().decode("latin-1")
+    data = (path if path.suffix == ".ply" else path.with_name(path.name + ".mtl")).read_bytes()
+    text = data.decode("utf-8", "replace")
     return [line.split()[-1] for line in text.splitlines() if line.startswith(("map_Kd", "comment TextureFile"))]
 
 
@@ -62,8 +72,8 @@ def references(path):
 def test_textures_that_pymeshlab_cannot_read_stay_with_the_mesh(tmp_path, ending):
     source = textured(tmp_path / "in", "brick.jpg", "sub\\moss.tif", "missing.png", "stone.png")
     (tmp_path / "in" / "sub").mkdir()
-    (tmp_path / "in" / "brick.jpg").write_bytes(b"a JPEG")
-    (tmp_path / "in" / "sub" / "moss.tif").write_bytes(b"a TIFF")
+    (tmp_path / "in" / "brick.jpg").write_bytes(JPEG)
+    (tmp_path / "in" / "sub" / "moss.tif").write_bytes(TIFF)
     image(tmp_path / "in" / "stone.png")
     (tmp_path / "out").mkdir()
     out = tmp_path / "out" / f"o.{ending}"
@@ -77,12 +87,115 @@ def test_textures_that_pymeshlab_cannot_read_stay_with_the_mesh(tmp_path, ending
         assert not (written.parent / "dummy.png").exists()
 
 
-@pytest.mark.parametrize("name", ["../outside.jpg", "with a space.jpg"])
-def test_a_texture_that_would_be_lost_is_refused(tmp_path, name):
-    source = textured(tmp_path / "in", name)
-    (tmp_path / "in" / name).write_bytes(b"a JPEG")
-    with pytest.raises(mss.FileError, match=f"in.obj: pymeshlab cannot read its texture {name}; convert it to PNG"):
-        files.read(source)
+@pytest.mark.parametrize(
+    ("line", "name", "file"),
+    [
+        ("with a space.jpg", "with_a_space.jpg", "with a space.jpg"),
+        ('"with a space.jpg"', "with_a_space.jpg", "with a space.jpg"),
+        ("with a space.jpg # a comment", "with_a_space.jpg", "with a space.jpg"),
+        ("-s 2 2 1 -o 0.5 0 0 -clamp on -bm 0.5 brick.jpg", "brick.jpg", "brick.jpg"),
+        ("-s 2 2 1 2 rooms.png", "2_rooms.png", "2 rooms.png"),
+        ("sub folder\\it's.png", "sub_folder/it_s.png", "sub folder/it's.png"),
+        ("C:\\Users\\me\\brick 1.jpg", "brick_1.jpg", "brick 1.jpg"),
+        ("a+b-c.d@e.png", "a+b-c.d@e.png", "a+b-c.d@e.png"),
+    ],
+)
+@pytest.mark.parametrize("ending", ["obj", "ply"])
+def test_a_texture_of_any_name_comes_along(tmp_path, line, name, file, ending):
+    source = textured(tmp_path / "in", line)
+    (tmp_path / "in" / file).parent.mkdir(exist_ok=True)
+    (tmp_path / "in" / file).write_bytes(JPEG)
+    out = tmp_path / "out" / f"o.{ending}"
+    out.parent.mkdir()
+    assert files.write(files.read(source), out, source=source).notices == ()
+    assert references(out) == [name]
+    assert (out.parent / name).read_bytes() == JPEG
+    assert files.read(out).current_mesh().texture_number() == 1
+
+
+HARMFUL = {
+    ".ssh/authorized_keys": b"ssh-rsa",
+    ".hidden.png": PNG,
+    ".git/t.png": PNG,
+    "notes.txt": b"text",
+    "script.py": PNG,
+    "text.png": b"text",
+    "text.tga": b"\0\0\2text, and more than a header has",
+    "bm.bmp": b"BM is how this text begins, and it is no image",
+    "link.png": None,
+    "linked/t.png": None,
+    "o.obj": b"v 0 0 0",
+    "o.obj.mtl": b"newmtl x",
+    "o.ply": PNG,
+    "missing.png": ...,
+}
+
+
+def test_a_texture_whose_name_is_not_ascii_comes_along(tmp_path):
+    source = textured(tmp_path / "in", "ümlaut.png")
+    (tmp_path / "in" / "ümlaut.png").write_bytes(JPEG)
+    ply = tmp_path / "in" / "m.ply"
+    files.write(files.read(source), ply, source=source)
+    assert references(ply) == ["ümlaut.png"]
+    files.write(files.read(ply), tmp_path / "o.ply", source=ply)  # pymeshlab reads none of a PLY file
+    assert references(tmp_path / "o.ply") == ["_mlaut.png"]
+    assert (tmp_path / "_mlaut.png").read_bytes() == JPEG
+
+
+@pytest.mark.parametrize("ending", ["obj", "ply"])
+def test_nothing_but_visible_images_is_copied(tmp_path, ending):
+    """A texture named in a file may be any file of the one who opens it, and any place below the output's folder."""
+    source = textured(tmp_path / "in", *HARMFUL)
+    (tmp_path / "secret.png").write_bytes(PNG)
+    (tmp_path / "images").mkdir()
+    (tmp_path / "images" / "t.png").write_bytes(PNG)
+    (tmp_path / "in" / "link.png").symlink_to("../secret.png")
+    (tmp_path / "in" / "linked").symlink_to("../images")
+    for name, data in HARMFUL.items():
+        if isinstance(data, bytes):
+            (tmp_path / "in" / name).parent.mkdir(exist_ok=True)
+            (tmp_path / "in" / name).write_bytes(data)
+    out = tmp_path / "out" / f"o.{ending}"
+    out.parent.mkdir()
+    (notice,) = files.write(files.read(source), out, source=source).notices
+    assert notice.startswith(f"{out}: textures that it refers to and that are not copied: ")
+    assert "\n" not in notice
+    assert {path.name for path in out.parent.rglob("*")} == {"o.obj", "o.obj.mtl"} if ending == "obj" else {"o.ply"}
+
+
+def test_no_texture_is_written_through_a_link(tmp_path):
+    source = textured(tmp_path / "in", "t.png", "sub/t.png")
+    for folder in ("in/sub", "out", "elsewhere"):
+        (tmp_path / folder).mkdir()
+    for name in ("t.png", "sub/t.png"):
+        (tmp_path / "in" / name).write_bytes(PNG)
+    (tmp_path / "out" / "t.png").symlink_to("../elsewhere/t.png")
+    (tmp_path / "out" / "sub").symlink_to("../elsewhere")
+    (notice,) = files.write(files.read(source), tmp_path / "out" / "o.ply", source=source).notices
+    assert notice.count("there is a symbolic link in its place") == 2
+    assert list((tmp_path / "elsewhere").iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("start", "ending", "is_image"),
+    [
+        (PNG, ".jpg", True),
+        (JPEG, ".jpg", True),
+        (b"GIF89a", ".gif", True),
+        (b"RIFF\0\0\0\0WEBPVP8 ", ".webp", True),
+        (b"RIFF\0\0\0\0WAVEfmt ", ".webp", False),
+        (b"P6\n# by hand\n2 3\n255\n", ".ppm", True),
+        (b"P6 is a name", ".ppm", False),
+        (b"BM" + bytes(12) + b"\x28\0\0\0", ".bmp", True),
+        (bytes(2) + b"\2" + bytes(9) + b"\1\0\1\0\x18\0" + bytes(3), ".tga", True),
+        (bytes(2) + b"\2" + bytes(9) + b"\1\0\1\0\x18\0" + bytes(2), ".tga", False),
+        (bytes(2) + b"\2" + bytes(9) + b"\1\0\1\0\x18\0" + bytes(3), ".png", False),
+        (bytes(60), ".tga", False),
+        (b"", ".png", False),
+    ],
+)
+def test_images_are_known_by_their_first_bytes(start, ending, is_image):
+    assert textures.is_image_data(start, len(start), ending) == is_image
 
 
 def test_a_stand_in_for_a_texture_is_never_written(tmp_path):
@@ -133,16 +246,19 @@ def test_a_file_that_happens_to_have_the_name_of_a_texture_is_not_replaced(tmp_p
     assert references(tmp_path / "out.obj") == ["sub/t.png"]  # its materials are its own, and were replaced
 
 
-def test_a_texture_outside_of_the_folder_stays_where_it_is_or_is_refused(tmp_path):
+def test_a_texture_outside_of_the_folder_stays_where_it_is(tmp_path):
     source = textured(tmp_path / "a" / "in", "../t.png")
     image(tmp_path / "a" / "t.png")
     (tmp_path / "a" / "out").mkdir()
     files.write(files.read(source), tmp_path / "a" / "out" / "o.ply", source=source)
     assert references(tmp_path / "a" / "out" / "o.ply") == ["../t.png"]
     (tmp_path / "b").mkdir()
-    with pytest.raises(mss.FileError, match="t.png: a texture outside of the mesh's folder"):
-        files.write(files.read(source), tmp_path / "b" / "o.ply", source=source)
+    (notice,) = files.write(files.read(source), tmp_path / "b" / "o.ply", source=source).notices
+    assert notice.endswith("not copied: ../t.png (outside of the mesh's folder)")
     assert [file.name for file in tmp_path.iterdir() if file.is_file()] == []
+    (tmp_path / "a" / "t.png").write_bytes(JPEG)  # that pymeshlab does not read
+    files.write(files.read(source), tmp_path / "a" / "out" / "o.ply", source=source)
+    assert references(tmp_path / "a" / "out" / "o.ply") == ["../t.png"]
 
 
 def test_a_format_without_textures_gets_none(tmp_path):
@@ -180,6 +296,48 @@ def gltf(path, meshes, **image):
     return path
 
 
+@pytest.mark.parametrize("indexed", [True, False])
+@pytest.mark.parametrize(
+    ("mode", "problem"),
+    [(1, "lines"), (2, "line loops"), (3, "line strips"), (5, "triangle strips"), (6, "triangle fans"), (7, "mode 7")],
+)
+def test_primitives_that_pymeshlab_damages_its_memory_with_are_refused(tmp_path, mode, problem, indexed):
+    path = gltf(tmp_path / "m.gltf", 1)
+    document = json.loads(path.read_text())
+    (primitive,) = document["meshes"][0]["primitives"]
+    primitive["mode"] = mode
+    if not indexed:
+        del primitive["indices"]
+    path.write_text(json.dumps(document))
+    with pytest.raises(mss.FileError, match=rf"m.gltf: cannot be read: it has .*{problem}.*export it as triangles"):
+        files.read(path)
+
+
+@pytest.mark.parametrize(
+    ("accessor", "changed", "problem"),
+    [
+        (1, {"count": 4}, "an accessor promises 4 elements, and its buffer view has 12 bytes"),
+        (0, {"count": 30}, "an accessor promises 30 elements"),
+        (1, {"count": 2}, "2 corners, which is no multiple of three"),
+        (1, {"count": "3"}, "an accessor without a number"),
+        (0, {"componentType": 7}, "an accessor without a number or a type"),
+    ],
+)
+def test_accessors_that_reach_too_far_are_refused(tmp_path, accessor, changed, problem):
+    path = gltf(tmp_path / "m.gltf", 1)
+    document = json.loads(path.read_text())
+    document["accessors"][accessor] |= changed
+    path.write_text(json.dumps(document))
+    with pytest.raises(mss.FileError, match=f"m.gltf: cannot be read: .*{problem}"):
+        files.read(path)
+
+
+def test_points_of_a_gltf_file_are_points(tmp_path):
+    path = gltf(tmp_path / "m.gltf", 1)
+    path.write_text(path.read_text().replace('"indices": 1', '"mode": 0'))
+    assert files.read(path).current_mesh().face_number() == 0
+
+
 def test_several_meshes_in_a_file_are_refused(tmp_path):
     assert files.read(gltf(tmp_path / "one.gltf", 1)).mesh_number() == 1
     with pytest.raises(mss.FileError, match="three.gltf: holds 3 meshes; save each as a file of its own"):
@@ -195,10 +353,49 @@ def test_textures_of_other_formats_are_kept_or_refused_too(tmp_path):
     inside = gltf(
         tmp_path / "inside.gltf", 1, uri=f"data:image/png;base64,{base64.b64encode(encoded).decode()}", name="brick"
     )
-    with pytest.raises(mss.FileError, match="inside.obj: cannot be written: Cannot save .*texture_0"):
-        files.write(files.read(inside), tmp_path / "inside.obj", source=inside)
-    with pytest.raises(mss.FileError, match="missing.gltf: pymeshlab cannot read its texture .of unknown name"):
-        files.read(gltf(tmp_path / "missing.gltf", 1, uri="nowhere.png"))
+    for source, reference in ((inside, "texture_0.png"), (glb(tmp_path / "inside.glb", inside), "x-texture_0.png")):
+        ms = files.read(source, prefix=reference.removesuffix("texture_0.png"))
+        for ending in ("obj", "ply"):
+            files.write(ms, tmp_path / "out" / f"i.{ending}", source=source)
+            assert references(tmp_path / "out" / f"i.{ending}") == [reference]
+            assert (tmp_path / "out" / reference).read_bytes() == encoded
+    blind = gltf(tmp_path / "blind.gltf", 1, uri=f"data:image/jpeg;base64,{base64.b64encode(JPEG).decode()}")
+    files.write(files.read(blind), tmp_path / "out" / "b.obj", source=blind)  # pymeshlab cannot read it
+    assert (tmp_path / "out" / "texture_0.jpg").read_bytes() == JPEG
+    missing = gltf(tmp_path / "missing.gltf", 1, uri="no%20where.png")
+    (notice,) = files.write(files.read(missing), tmp_path / "out" / "m.obj", source=missing).notices
+    assert notice.endswith("not copied: no_where.png (no such file)")
+    assert references(tmp_path / "out" / "m.obj") == ["no_where.png"]
+
+
+def test_images_inside_of_two_files_of_a_folder_do_not_replace_each_other(tmp_path):
+    for name, data in (("a", PNG), ("b", JPEG)):
+        gltf(tmp_path / f"{name}.gltf", 1, uri=f"data:image/png;base64,{base64.b64encode(data).decode()}")
+        job = work.Job(
+            str(tmp_path / f"{name}.gltf"), str(tmp_path / f"{name}.obj"), "apply_coord_spectral_smoothing", {}
+        )
+        assert work.run(job).status == "done"
+    assert (tmp_path / "a-texture_0.png").read_bytes() == PNG
+    assert (tmp_path / "b-texture_0.jpg").read_bytes() == JPEG
+    (tmp_path / "texture_0.png").write_text("mine")
+    with pytest.raises(mss.FileError, match="texture_0.png: another file of that name belongs to b.ply"):
+        files.check_textures(files.read(tmp_path / "a.gltf"), tmp_path / "b.ply", tmp_path / "a.gltf")
+
+
+def glb(path, source):
+    """A glTF file as a GLB, its image in the binary chunk."""
+    document = json.loads(source.read_text())
+    data = base64.b64decode(document["images"][0].pop("uri").partition(",")[2])
+    document["images"] = [{"bufferView": 3, "mimeType": "image/png"}]
+    corners = base64.b64decode(document["buffers"][0].pop("uri").partition(",")[2])
+    document["bufferViews"].append({"buffer": 0, "byteOffset": len(corners), "byteLength": len(data)})
+    binary = corners + data + bytes(-(len(corners) + len(data)) % 4)
+    document["buffers"][0]["byteLength"] = len(binary)
+    text = json.dumps(document).encode()
+    text += b" " * (-len(text) % 4)
+    chunks = struct.pack("<II", len(text), 0x4E4F534A) + text + struct.pack("<II", len(binary), 0x004E4942) + binary
+    path.write_bytes(struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks)
+    return path
 
 
 def test_a_missing_or_unreadable_file_is_one_clear_error(tmp_path):
@@ -271,6 +468,60 @@ def test_a_folder_that_is_not_writable_is_refused(tmp_path, monkeypatch):
         files.check_target(tmp_path / "out.ply")
 
 
+@pytest.mark.skipif(os.name != "posix", reason="files of POSIX")
+def test_what_is_no_regular_file_is_no_target(tmp_path):
+    os.mkfifo(tmp_path / "pipe.ply")
+    (tmp_path / "null.ply").symlink_to(os.devnull)
+    for name in ("pipe.ply", "null.ply"):
+        with pytest.raises(mss.FileError, match=f"{name}: is no regular file"):
+            files.check_target(tmp_path / name)
+    with pytest.raises(mss.FileError, match="pipe.ply: is no regular file"):
+        files.read(tmp_path / "pipe.ply")
+
+
+@pytest.mark.skipif(os.name != "posix", reason="permissions of POSIX")
+def test_a_file_that_is_replaced_keeps_its_permissions(tmp_path):
+    ms = files.read(files.sample("bunny10k_textured.obj"))
+    for mode in (0o640, 0o600, 0o664):
+        for name in ("o.obj", "o.obj.mtl"):
+            (tmp_path / name).touch()
+            (tmp_path / name).chmod(mode)
+        files.write(ms, tmp_path / "o.obj")
+        for name in ("o.obj", "o.obj.mtl"):
+            assert (tmp_path / name).stat().st_mode & 0o777 == mode
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="names of POSIX")
+def test_a_name_that_is_not_utf8_is_one_line(tmp_path):
+    name = tmp_path / os.fsdecode(b"bad\xff.ply")
+    name.touch()
+    for attempt in (files.read, files.check_target):
+        with pytest.raises(mss.FileError, match="its name is not UTF-8"):
+            attempt(name)
+
+
+def test_nothing_is_moved_before_the_end_is_known(tmp_path):
+    target = tmp_path / "o.txt"
+    target.write_text("old")
+    with files.postponed() as written:
+        files.write_text(target, "new")
+        assert target.read_text() == "old"
+    (staged,) = written
+    staged.move()
+    staged.discard()
+    assert target.read_text() == "new"
+
+    def fail_after_writing():
+        with files.postponed():
+            files.write_text(target, "newer")
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        fail_after_writing()
+    assert target.read_text() == "new"
+    assert list(tmp_path.iterdir()) == [target]
+
+
 def test_a_link_is_written_through(tmp_path):
     (tmp_path / "data").mkdir()
     link = tmp_path / "link.obj"
@@ -314,7 +565,7 @@ def test_an_operating_system_error_names_the_file(tmp_path, monkeypatch):
     def full(*_, **__):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(files.tempfile, "TemporaryDirectory", full)
+    monkeypatch.setattr(files.temporary, "make", full)
     with pytest.raises(mss.FileError, match="out.ply: cannot be written: No space left"):
         files.write(meshset.new(*torus(5, 4)), tmp_path / "out.ply")
     with pytest.raises(mss.FileError, match="out.txt: cannot be written: No space left"):

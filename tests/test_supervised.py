@@ -1,9 +1,11 @@
 """A command whose process dies of a file is one line and an exit code, as other failures are."""
 
+import os
 import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 
@@ -14,7 +16,7 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="processes are c
 
 # the command line, in whose process reading or writing comes to such an end
 MAIN = """
-import ctypes, os, select, signal, sys
+import atexit, ctypes, os, select, signal, sys, time
 from pathlib import Path
 import pymeshlab
 from meshlab_specsmooth import memory
@@ -54,12 +56,31 @@ def start(folder, how, where, *arguments):
     )
 
 
+def test_what_a_killed_command_left_is_removed_by_the_next(folder):
+    process = start(folder, WAITS, "written", "smooth", "scan.ply", "out.ply")
+    until(lambda: (folder / "copy").is_file() and (folder / "copy").read_text())
+    os.kill(int((folder / "copy").read_text()), signal.SIGKILL)
+    process.kill()
+    process.communicate()
+    (folder / "copy").unlink()
+    process = start(folder, "raise MemoryError", "read", "smooth", "scan.ply", "out.ply")
+    assert process.communicate()[1] == "specsmooth: scan.ply: cannot be read: memory ran out\n"
+    assert {path.name for path in folder.iterdir()} == {"scan.ply", "script.mlx", "out.ply"}
+
+
 @pytest.mark.parametrize(
     ("how", "where", "command", "name"),
     [
         ("ctypes.string_at(0)", "read", ["smooth"], "SIGSEGV"),
         ("os.abort()", "read", ["denoise"], "SIGABRT"),
         ("os.kill(os.getpid(), signal.SIGKILL)", "written", ["run", "script.mlx"], "SIGKILL"),
+        # as where a reader damages the memory of its process, which is noticed at its end
+        (
+            "atexit.register(os.abort); os.write(2, b'free()'); return ()",
+            "written",
+            ["smooth"],
+            "SIGABRT",
+        ),
     ],
 )
 def test_a_file_that_kills_the_process_is_one_line_and_leaves_the_target(folder, how, where, command, name):
@@ -107,6 +128,6 @@ def test_a_signal_ends_both_processes(folder, name, code):
     assert (process.returncode, printed) == (code, "")
     assert problem == ("specsmooth: interrupted\n" if name == "SIGINT" else "")
     assert (folder / "out.ply").read_bytes() == b"as it was"
-    until(lambda: not files._is_alive(copy))
+    until(lambda: not Path(f"/proc/{copy}").exists())
     if name != "SIGKILL":
         assert not list(folder.glob(".specsmooth-*"))

@@ -48,6 +48,7 @@ def batch(
     resume: bool = True,
     ending: str | None = None,
     pictures: bool = True,
+    force: bool = False,
     progress: Progress | None = None,
     each: Callable[[Outcome], None] | None = None,
     **settings: Any,
@@ -80,6 +81,8 @@ def batch(
         Format of the outputs, as ``".ply"``; that of each input by default.
     pictures : bool
         Contact sheets with a picture of each mesh before and after, where the extra ``report`` is installed.
+    force : bool
+        Write also where a format rounds coordinates by more than a tenth of a mean edge; else such a mesh fails.
     progress : callable, optional
         Called with the fraction done (of the inputs' bytes), rising to 1.
     each : callable, optional
@@ -130,7 +133,7 @@ def batch(
     folder = Path(out).absolute()
     for place in sorted({str(folder), *(os.path.dirname(source.output) for source in found)}):  # noqa: PTH120
         _make(Path(place))
-    jobs = [(Job(source.path, source.output, filter_name, given, resume), source.size) for source in found]
+    jobs = [(Job(source.path, source.output, filter_name, given, resume, force), source.size) for source in found]
     coming = (
         local.outcomes(jobs, workers, time_limit)
         if scheduler is None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import json
 import time
@@ -12,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from meshlab_specsmooth import descriptors
-from meshlab_specsmooth.bridge import files, meshset
+from meshlab_specsmooth.bridge import files, losses, meshset, precision, temporary
 from meshlab_specsmooth.bridge.filters import FILTERS, quiet
 from meshlab_specsmooth.bridge.parameters import PyMeshLabException
 from meshlab_specsmooth.descriptors import AnySelected, Length
@@ -41,6 +42,8 @@ class Job:
         Its keyword arguments, as :func:`portable` has them.
     resume : bool
         Skip it where the record says that just this is done.
+    force : bool
+        Write it also where its coordinates are rounded by more than a tenth of a mean edge.
     """
 
     source: str
@@ -48,6 +51,7 @@ class Job:
     filter_name: str
     settings: dict[str, Any]
     resume: bool = True
+    force: bool = False
 
 
 @dataclass(frozen=True)
@@ -72,7 +76,7 @@ class Outcome:
     seconds : float
         Wall time, reading and writing included; of a mesh that is skipped, when it was smoothed.
     warning : str
-        What the filter warned of, as that a selection restricts it.
+        What is to be known of the output, and what the filter warned of, on one line.
     """
 
     input: str
@@ -106,6 +110,22 @@ def run(job: Job) -> Outcome:
     return replace(outcome, seconds=time.perf_counter() - start)
 
 
+@functools.cache
+def warm_up() -> None:
+    """Smooth a small mesh once, so that copies of this process need not load again what is loaded at a first call."""
+    side = 40  # more vertices than are treated by other methods than large meshes are
+    i, j = (x.ravel() for x in np.meshgrid(np.arange(side), np.arange(side)))
+    heights = 0.2 * np.random.default_rng(0).standard_normal(side * side)
+    corner = (np.arange(side - 1)[:, None] * side + np.arange(side - 1)).ravel()
+    faces = np.concatenate(
+        [
+            np.stack([corner, corner + 1, corner + side + 1], axis=1),
+            np.stack([corner, corner + side + 1, corner + side], axis=1),
+        ]
+    )
+    FILTERS["apply_coord_spectral_smoothing"](meshset.new(np.stack([i, j, heights], axis=1).astype(float), faces))
+
+
 def failure(job: Job, status: str, reason: str) -> Outcome:
     """The outcome of a job that did not come to its end."""
     return Outcome(job.source, job.output, status, " ".join(reason.removeprefix(f"{job.source}: ").split()))
@@ -126,13 +146,19 @@ def _run(job: Job, start: float) -> Outcome:
         earlier = read_record(job.output)
         if earlier is not None and earlier.outcome and earlier.asks_the_same(before) and earlier.is_of(job.output):
             return replace(Outcome(**earlier.outcome), input=job.source, output=job.output, status=SKIPPED)
-    files.sweep(Path(job.output).parent)
+    temporary.sweep(Path(job.output).parent)
     target = files.check_target(job.output)
-    ms = files.read(job.source)
+    # meshes of a folder may all have such images: each needs names of its own
+    ms = files.read(job.source, prefix=f"{Path(job.output).stem}-")
+    files.check_textures(ms, target, job.source)
     vertices, faces = meshset.pull(ms)
+    lost = losses.losses(job.source)
+    notices = [] if lost is None else [lost]
+    notices += precision.check_rounding(vertices, faces, job.source, job.output, job.force)
     with quiet():
         report = FILTERS[job.filter_name](ms, **{name: _native(value) for name, value in job.settings.items()})
-    files.write(ms, target, source=job.source)
+    notices += [report["warning"]] if report.get("warning") else []
+    written = files.write(ms, target, source=job.source)
     noise = report.get("noise")  # measured where the strength is chosen; the edge-aware filter has no cut-off
     outcome = Outcome(
         job.source,
@@ -142,10 +168,10 @@ def _run(job: Job, start: float) -> Outcome:
         noise=None if noise is None else noise.level,
         cutoff=report.get("cutoff"),
         volume_change=_volume_change(vertices, meshset.pull(ms)[0], faces),
+        warning="; ".join([*notices, *written.notices]),
         seconds=time.perf_counter() - start,
-        warning=report.get("warning") or "",
     )
-    record = replace(before, output_sha256=digest(job.output), outcome=asdict(outcome))
+    record = replace(before, output_sha256=digest(str(written.file)), outcome=asdict(outcome))
     files.write_text(job.output + RECORD_ENDING, json.dumps(asdict(record), indent=1) + "\n")
     return outcome
 

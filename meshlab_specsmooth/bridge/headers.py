@@ -10,6 +10,7 @@ import itertools
 import re
 from pathlib import Path
 
+from meshlab_specsmooth.bridge import gltf
 from meshlab_specsmooth.errors import FileError
 
 # a header longer than this is none
@@ -36,7 +37,10 @@ def check(path: Path) -> None:
     with path.open("rb") as file:
         start = file.read(_LONGEST_HEADER)
     checker = {".ply": _check_ply, ".stl": _check_stl, ".off": _check_off}.get(path.suffix.lower())
-    problem = None if checker is None else checker(start, size)
+    if path.suffix.lower() in gltf.ENDINGS:
+        problem = gltf.problem(path)
+    else:
+        problem = None if checker is None else checker(start, size)
     if problem is not None:
         raise FileError(f"{path}: cannot be read: {problem}")
 
@@ -84,6 +88,8 @@ def _check_off(start: bytes, size: int) -> str | None:
     text = re.sub(rb"#[^\n]*", b"", start).split(maxsplit=4)
     numbers = text[1:] if text and not text[0][:1].isdigit() else text
     counts = [_whole([word]) for word in numbers[:2]]
+    if len(counts) < 2 and b"BINARY" not in text[:2]:
+        return "its header has no numbers of vertices and faces"
     # the shortest vertex is three digits with spaces; so is the shortest face
     if b"BINARY" not in text[:2] and any(count is not None and 4 * count > size for count in counts):
         return f"its header promises {counts[0]} vertices and {counts[1]} faces, and it has {size} bytes"

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import io
 import os
 import signal
 import sys
+import tempfile
 import threading
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from types import FrameType
 
-from meshlab_specsmooth.bridge.files import sweep
+from meshlab_specsmooth.bridge import copies, files, temporary
 from meshlab_specsmooth.bridge.parameters import PyMeshLabException
 from meshlab_specsmooth.cli import batch, compare, demo, denoise, filters, run, smooth, spectrum, tune
-from meshlab_specsmooth.cli.supervised import Crashed, in_a_copy
+from meshlab_specsmooth.cli.progress import notice
 from meshlab_specsmooth.errors import InvalidParameter, SpecsmoothError
 from meshlab_specsmooth.version import VERSION
 
@@ -34,6 +36,10 @@ _COMMANDS = {
 }
 
 
+class Crashed(SpecsmoothError):  # noqa: N818 (named for what is wrong, as the other errors are)
+    """The process that did the work was killed by a signal."""
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run ``specsmooth`` with these arguments (those of the process by default); returns the exit code."""
     if sys.stderr is None:  # closed (2>&-)
@@ -41,16 +47,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if sys.stdout is None:  # closed (>&-): the next file to be opened would get its number, and all that C++ prints
         return _complain("standard output is closed", FAILED)
     try:
-        with _signals_end_it():
+        with _signals_end_it(), _anything_can_be_printed():
             return _run(arguments)
     except InvalidParameter as error:
         return _complain(error, USAGE)
     except (PyMeshLabException, SpecsmoothError) as error:
         return _complain(error, FAILED)
+    except MemoryError:
+        return _complain("memory ran out", FAILED)
     except BrokenPipeError:  # whoever read the output has seen enough
         return FAILED
     except OSError as error:
-        return _complain(f"{error.filename or 'standard output'}: {error.strerror}", FAILED)
+        return _complain(f"{error.filename or 'standard output'}: {error.strerror or error}", FAILED)
     except KeyboardInterrupt:
         code = _complain("interrupted", FAILED)
         if arguments is None and _may_set_handlers():
@@ -60,14 +68,28 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return code
 
 
+@contextlib.contextmanager
+def _anything_can_be_printed() -> Iterator[None]:
+    """Letters that standard output has not, as those of a file's name may be, are spelled out."""
+    stream = sys.stdout
+    if not isinstance(stream, io.TextIOWrapper):
+        yield
+        return
+    before = stream.errors
+    stream.reconfigure(errors="backslashreplace")
+    try:
+        yield
+    finally:
+        stream.reconfigure(errors=before)
+
+
 def _run(arguments: Sequence[str] | None) -> int:
     try:
         given = _parser().parse_args(arguments)
         file = getattr(given, "input", getattr(given, "mesh", None))
-        if arguments is None and file is not None:  # a program of its own, and a file that may end it
-            code = _in_a_copy(file, getattr(given, "output", None))
-            if code is not None:
-                return code
+        # a program of its own, and a file that may end it. A copy has no other threads
+        if arguments is None and file is not None and copies.are_possible() and threading.active_count() == 1:
+            return _run_in_a_copy(given, file)
         given.run(given)
         return DONE
     finally:
@@ -76,13 +98,52 @@ def _run(arguments: Sequence[str] | None) -> int:
             signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
-def _in_a_copy(file: str, output: str | None) -> int | None:
+def _run_in_a_copy(given: argparse.Namespace, file: str) -> int:
+    """Run a command in a copy of this process; what it wrote gets to its place when the copy has ended well."""
+    for place in _places(given):  # of what a process left that was killed
+        temporary.sweep(place)
+    handed_on = {signal.SIGINT, signal.SIGTERM, signal.SIGHUP}
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {*handed_on, signal.SIGCHLD})
+    copy = copies.start()
+    if copy.process == 0:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        copies.keep_out_of_streams()
+        if getattr(given, "writes_at_once", False):
+            given.run(given)
+            return DONE
+        with files.postponed() as written, contextlib.redirect_stdout(io.StringIO()) as printed:
+            given.run(given)
+        copies.hand_over(copy, written, printed.getvalue())
+        return DONE
+    code = copies.wait(copy, handed_on)
+    left = copies.take_over(copy)
     try:
-        return in_a_copy(file)
-    except Crashed:
-        if output is not None:
-            sweep(Path(os.path.realpath(output)).parent)  # of what the copy was writing
-        raise
+        if code == DONE:
+            for staged in left.written:
+                staged.move()
+            print(left.answer or "", end="")
+    finally:
+        left.discard()
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+    if code != DONE:
+        for place in _places(given):  # what the copy was writing
+            temporary.sweep(place, copy.process)
+    if code < 0:
+        raise Crashed(f"{file}: the process that read, changed or wrote it crashed ({signal.Signals(-code).name})")
+    return code
+
+
+def _places(given: argparse.Namespace) -> list[Path]:
+    """The folders that a command writes to."""
+    output, out = getattr(given, "output", None), getattr(given, "out", None)
+    places = [Path(tempfile.gettempdir())]
+    if output is not None:
+        places.append(Path(os.path.realpath(output)).parent)
+    if out is not None:
+        places.append(Path(os.path.realpath(out)))
+        places.append(Path(os.path.realpath(out)).parent)
+    return places
 
 
 def _may_set_handlers() -> bool:
@@ -145,5 +206,5 @@ def _end(number: int, frame: FrameType | None) -> None:
 
 
 def _complain(problem: object, code: int) -> int:
-    print("specsmooth:", " ".join(str(problem).split()), file=sys.stderr)
+    notice(problem)
     return code

@@ -7,8 +7,8 @@ import argparse
 from meshlab_specsmooth import descriptors
 from meshlab_specsmooth.batch.many import FILTER, TIME_LIMIT, batch
 from meshlab_specsmooth.batch.work import Outcome
-from meshlab_specsmooth.cli.options import add_options, given_parameters
-from meshlab_specsmooth.cli.progress import bar, say
+from meshlab_specsmooth.cli.options import add_force, add_options, given_parameters
+from meshlab_specsmooth.cli.progress import bar, printable, say
 from meshlab_specsmooth.errors import SpecsmoothError
 
 _DESCRIPTOR = descriptors.load(FILTER)
@@ -70,6 +70,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=True,
         help="contact sheets, where the extra `report` is installed (default: True)",
     )
+    add_force(parser)
     parser.add_argument(
         "--denoise",
         action="store_true",
@@ -92,6 +93,7 @@ def run(arguments: argparse.Namespace) -> None:
             resume=arguments.resume,
             ending=None if arguments.format is None else "." + arguments.format.lstrip("."),
             pictures=arguments.pictures,
+            force=arguments.force,
             progress=progress,
             each=lambda outcome: say(line(outcome)),
             **given_parameters(arguments, _DESCRIPTOR),
@@ -119,4 +121,4 @@ def line(outcome: Outcome) -> str:
         words.append(f"{outcome.seconds:.2f} s")
         if outcome.warning:
             words.append(f"({outcome.warning})")
-    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in " ".join(words))
+    return printable(" ".join(words))

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import argparse
 import shlex
-import sys
 from pathlib import Path
 
-from meshlab_specsmooth.bridge import files
+from meshlab_specsmooth.bridge import files, meshset, precision
 from meshlab_specsmooth.cli.demo import noise_level, seed_number
-from meshlab_specsmooth.cli.progress import bar
+from meshlab_specsmooth.cli.meshes import say_rounding
+from meshlab_specsmooth.cli.progress import bar, notice
 from meshlab_specsmooth.compare.comparison import table
 from meshlab_specsmooth.compare.competitors import COMPETITORS, DEFAULT, competitors
 from meshlab_specsmooth.compare.experiment import experiment
@@ -56,7 +56,10 @@ def run(arguments: argparse.Namespace) -> None:
         raise InvalidParameter("--noise and --ground-truth are both given; noise is added to a clean mesh")
     wanted = competitors(arguments.filters)
     page.made(arguments.out)
-    given = surface_of(files.read(arguments.mesh))
+    ms = files.read(arguments.mesh)
+    say_rounding(ms, arguments.mesh)
+    precision.check_drawable(meshset.pull(ms)[0], arguments.mesh)
+    given = surface_of(ms)
     truth = None if arguments.ground_truth is None else surface_of(files.read(arguments.ground_truth))
     with bar("comparing") as progress:
         found = experiment(
@@ -72,7 +75,7 @@ def run(arguments: argparse.Namespace) -> None:
     try:
         written = page.write(found, arguments.out, recipe_of(arguments))
     except MissingExtra as error:  # the figures are there all the same
-        print(f"specsmooth: {error}", file=sys.stderr)
+        notice(error)
         written = [path for path in page.places(arguments.out) if path.suffix != ".html"]
     print("\n".join(str(path) for path in reversed(written)))
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import argparse
-import sys
 
 from meshlab_specsmooth import descriptors
 from meshlab_specsmooth.bridge import files, filters, meshset
 from meshlab_specsmooth.bridge.measures import crossing_faces
 from meshlab_specsmooth.bridge.parameters import check_given
+from meshlab_specsmooth.cli.meshes import read_to_write, write
 from meshlab_specsmooth.cli.options import add_files, add_options, given_parameters
-from meshlab_specsmooth.cli.progress import bar
+from meshlab_specsmooth.cli.progress import bar, notice
 from meshlab_specsmooth.edge_aware import Considered
 from meshlab_specsmooth.edge_aware.result import DRAWN_IN
 from meshlab_specsmooth.surface import Floats, Integers, Surface
@@ -37,14 +37,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Read, denoise, write, and say what was found."""
     files.check_target(arguments.output)
-    ms = files.read(arguments.input)
+    ms = read_to_write(arguments)
     vertices, faces = meshset.pull(ms)
     Surface(vertices, faces)  # says what is wrong, and the remedy
     given = given_parameters(arguments, _DESCRIPTOR)
     check_given(_DESCRIPTOR, given, ms)
     with bar("denoising") as progress, filters.quiet():
         report = filters.apply_coord_spectral_denoising(ms, **given, progress=progress)
-    files.write(ms, arguments.output, source=arguments.input)
+    write(ms, arguments)
     noise = report["noise"]
     edge = noise.mean_edge or 1.0
     print(
@@ -59,7 +59,7 @@ def run(arguments: argparse.Namespace) -> None:
     if len(report["considered"]) > _SHOWN:
         print(f"  and {len(report['considered']) - _SHOWN} more settings")
     if report["warning"] is not None:
-        print(f"specsmooth: {report['warning']}", file=sys.stderr)
+        notice(report["warning"])
 
 
 def crossed(before: Floats, after: Floats, faces: Integers) -> tuple[int, int]:

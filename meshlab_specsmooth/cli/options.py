@@ -13,6 +13,17 @@ def add_files(parser: argparse.ArgumentParser) -> None:
     """The mesh that is read, and the one that is written."""
     add_input(parser, "IN")
     parser.add_argument("output", metavar="OUT", help="mesh to write: whole or not at all, in the format of its ending")
+    add_force(parser)
+
+
+def add_force(parser: argparse.ArgumentParser) -> None:
+    """Whether coordinates may be rounded."""
+    parser.add_argument(
+        "--force",
+        action="store_true",
+        help="write also where the format of the output, or that of the input, rounds coordinates by more than a tenth "
+        "of a mean edge",
+    )
 
 
 def add_input(parser: argparse.ArgumentParser, metavar: str) -> None:

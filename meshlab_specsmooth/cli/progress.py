@@ -1,4 +1,4 @@
-"""A progress bar on a terminal, nothing elsewhere."""
+"""What is printed: a progress bar on a terminal, lines elsewhere."""
 
 from __future__ import annotations
 
@@ -43,3 +43,20 @@ def say(line: str) -> None:
         return
     with tqdm.external_write_mode(file=sys.stdout):
         print(line, flush=True)
+
+
+def notice(message: object) -> None:
+    """A message on one line of standard error, printable whatever the names of files in it."""
+    print("specsmooth:", printable(" ".join(str(message).split())), file=sys.stderr)
+
+
+def printable(text: str) -> str:
+    r"""Text in which what is not printable is spelled out.
+
+    Examples
+    --------
+    >>> from meshlab_specsmooth.cli.progress import printable
+    >>> print(printable("a\x1bb"))
+    a\x1bb
+    """
+    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import argparse
 
+from meshlab_specsmooth import descriptors
 from meshlab_specsmooth.bridge import files, scripts
 from meshlab_specsmooth.bridge.filters import FILTERS
+from meshlab_specsmooth.cli.meshes import read_to_write, write
 from meshlab_specsmooth.cli.options import add_files
+
+_OURS = frozenset(descriptors.load(name).name for name in FILTERS)
 
 SUMMARY = "apply a filter script to a mesh file"
 DESCRIPTION = """Applies a MeshLab filter script (.mlx), of MeshLab's filters, ours, or both, to a mesh file. Nothing
@@ -26,7 +30,9 @@ def run(arguments: argparse.Namespace) -> None:
     files.check_target(arguments.output)
     script = scripts.read(arguments.script)
     scripts.check(script)
-    ms = files.read(arguments.input)
+    # MeshLab's filters may take the mesh elsewhere; ours leave it where it is
+    moves = any(step.name not in _OURS for step in script.steps)
+    ms = read_to_write(arguments, moves)
     scripts.run(ms, script, FILTERS)
-    files.write(ms, arguments.output, source=arguments.input)
+    write(ms, arguments, moves)
     print(f"{arguments.output}: {', '.join(step.name for step in script.steps) or 'the script has no filter'}")

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import argparse
-import sys
 import textwrap
 
 from meshlab_specsmooth import descriptors
 from meshlab_specsmooth.bridge import files, filters, meshset
 from meshlab_specsmooth.bridge.parameters import check_given
+from meshlab_specsmooth.cli.meshes import read_to_write, write
 from meshlab_specsmooth.cli.options import add_files, add_options, given_parameters
-from meshlab_specsmooth.cli.progress import bar
+from meshlab_specsmooth.cli.progress import bar, notice
 from meshlab_specsmooth.response import name_of
 from meshlab_specsmooth.surface import Surface
 
@@ -33,14 +33,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Read, smooth, write, and say what was done."""
     files.check_target(arguments.output)
-    ms = files.read(arguments.input)
+    ms = read_to_write(arguments)
     if ms.current_mesh().face_number() == 0:
         Surface(*meshset.pull(ms))  # says what is wrong, and the remedy
     given = given_parameters(arguments, _DESCRIPTOR)
     check_given(_DESCRIPTOR, given, ms)
     with bar("smoothing") as progress, filters.quiet():
         report = filters.apply_coord_spectral_smoothing(ms, **given, progress=progress)
-    files.write(ms, arguments.output, source=arguments.input)
+    write(ms, arguments)
     edge, noise, modes = report["mean_edge"] or 1.0, report["noise"], round(report["modes"])
     print(
         f"{arguments.output}: {ms.current_mesh().vertex_number()} vertices, moved by "
@@ -57,4 +57,4 @@ def run(arguments: argparse.Namespace) -> None:
             f"{noise.told(report['estimated_error'])}"
         )
     if report["warning"] is not None:
-        print(f"specsmooth: {report['warning']}", file=sys.stderr)
+        notice(report["warning"])

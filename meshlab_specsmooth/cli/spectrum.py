@@ -13,6 +13,7 @@ from pathlib import Path
 from meshlab_specsmooth import descriptors
 from meshlab_specsmooth.bridge import files, filters, meshset
 from meshlab_specsmooth.bridge.parameters import PyMeshLabException, resolve
+from meshlab_specsmooth.cli.meshes import say_rounding
 from meshlab_specsmooth.cli.options import add_input, add_options, given_parameters
 from meshlab_specsmooth.errors import FileError, InvalidParameter, MissingExtra
 from meshlab_specsmooth.report.spectrum_plot import spectrum_plot
@@ -51,6 +52,7 @@ def run(arguments: argparse.Namespace) -> None:
     for name in ("spectrum.json", "spectrum.csv", "spectrum.png"):
         files.check_place(out / name)
     ms = files.read(arguments.input)
+    say_rounding(ms, arguments.input)
     given = given_parameters(arguments, _SMOOTHING, only=_SHOWN) | {"laplacian": arguments.laplacian}
     try:
         resolve(_SMOOTHING, given, ms)

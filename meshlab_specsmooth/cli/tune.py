@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from meshlab_specsmooth import descriptors
-from meshlab_specsmooth.bridge import files, filters, meshset, scripts
+from meshlab_specsmooth.bridge import files, filters, meshset, precision, scripts
 from meshlab_specsmooth.bridge.parameters import resolve
-from meshlab_specsmooth.cli.options import add_input, add_options
+from meshlab_specsmooth.cli.options import add_force, add_input, add_options
+from meshlab_specsmooth.cli.progress import notice
 from meshlab_specsmooth.report.window import WEIGHTS, Setting, tune
 from meshlab_specsmooth.response import name_of
 from meshlab_specsmooth.smoothing import DEFAULT_WAVELENGTH_IN_EDGES, SmoothingResult, prepare
@@ -34,6 +35,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--script", metavar="FILE", help="what the script is saved as (default: MESH-smooth.mlx)")
     parser.add_argument("--screenshot", metavar="FILE", help="write a PNG of the window instead; needs no display")
     add_options(parser, _DESCRIPTOR, only=("features",))
+    add_force(parser)
+    parser.set_defaults(writes_at_once=True)  # at a button, while the window stays open
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -45,6 +48,9 @@ def run(arguments: argparse.Namespace) -> None:
         if path is not None:
             files.check_place(path)
     ms = files.read(source)
+    files.check_textures(ms, out, source)
+    for line in precision.check_rounding(*meshset.pull(ms), source, out, arguments.force):
+        notice(line)
     features = filters.features_of(ms, arguments.features)
     prepared = prepare(*meshset.pull(ms))
     least, most = WEIGHTS
@@ -55,8 +61,7 @@ def run(arguments: argparse.Namespace) -> None:
     def save_mesh(setting: Setting, result: SmoothingResult) -> str:
         changed = files.read(source)
         meshset.push(changed, result.vertices)
-        files.write(changed, out, source=source)
-        return f"saved {out}"
+        return "; ".join([f"saved {out}", *files.write(changed, out, source=source).notices])
 
     def save_script(setting: Setting, result: SmoothingResult) -> str:
         step = scripts.step_of(_DESCRIPTOR, resolve(_DESCRIPTOR, parameters(setting, result, arguments.features), ms))

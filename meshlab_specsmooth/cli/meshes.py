@@ -1,0 +1,51 @@
+"""Meshes of the command line: read, with all that is to be said before the work, and written."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from meshlab_specsmooth.bridge import files, losses, meshset, precision
+from meshlab_specsmooth.cli.progress import notice
+
+
+def read_to_write(arguments: argparse.Namespace, moves: bool = False) -> Any:
+    """The MeshSet of the input; what is wrong with the input or would be with the output is said, or refused.
+
+    Parameters
+    ----------
+    arguments : Namespace
+    moves : bool
+        The mesh may be moved elsewhere, where its coordinates have other digits: those are checked at the end.
+
+    Raises
+    ------
+    FileError
+        It cannot be read; a texture would replace another file; or coordinates are rounded too far.
+    """
+    ms = files.read(arguments.input)
+    files.check_textures(ms, arguments.output, arguments.input)
+    lost = losses.losses(arguments.input)
+    if lost is not None:
+        notice(lost)
+    _check_rounding(ms, arguments, None if moves else arguments.output)
+    return ms
+
+
+def write(ms: Any, arguments: argparse.Namespace, moved: bool = False) -> None:
+    """Write the output, and say what is missing; raises :class:`FileError`."""
+    if moved:
+        _check_rounding(ms, arguments, arguments.output)
+    for line in files.write(ms, arguments.output, source=arguments.input).notices:
+        notice(line)
+
+
+def say_rounding(ms: Any, source: str) -> None:
+    """Say how far the coordinates of an input were rounded already, where it is far."""
+    for line in precision.check_rounding(*meshset.pull(ms), source, None, force=True):
+        notice(line)
+
+
+def _check_rounding(ms: Any, arguments: argparse.Namespace, target: str | None) -> None:
+    for line in precision.check_rounding(*meshset.pull(ms), arguments.input, target, arguments.force):
+        notice(line)
