@@ -137,7 +137,7 @@ class Noise:
     hit : float
         Share of the vertices that have noise: below 1 for impulses.
     reason : str or None
-        Why noise and shape cannot be told apart; None but for ``"unclear"``.
+        Why noise and shape cannot be told apart, or why what was measured may be something else than noise.
 
     Examples
     --------
@@ -176,6 +176,8 @@ class Noise:
                 "the noise is shared between neighbours; nothing tells its long waves from shape, so the level and the "
                 "strength are a guess"
             )
+        if self.reason is not None:
+            return f"{self.reason}: such steps are no noise, and the strength is a guess; give barycenter_weight"
         return None
 
     @property
@@ -342,8 +344,12 @@ def measure(on: Sheet) -> Measured:
         covariance,
         hit,
     )
-    reason = _doubt(on, noise)
-    return Measured(noise if reason is None else unclear(noise, max(high * spread, level), reason), guide)
+    reason, flat = _doubt(on, noise)
+    if reason is not None:
+        noise = unclear(noise, max(high * spread, level), reason)
+    elif flat > _MAX_FLAT and kind in (WHITE, DIRECTIONAL):
+        noise = replace(noise, reason=f"{100 * flat:.0f} % of the edges are exactly flat, as on the terraces of a mask")
+    return Measured(noise, guide)
 
 
 def unclear(noise: Noise, bound: float, reason: str) -> Noise:
@@ -353,26 +359,26 @@ def unclear(noise: Noise, bound: float, reason: str) -> Noise:
     )
 
 
-def _doubt(on: Sheet, noise: Noise) -> str | None:
-    """Why what was measured may be shape: the triangles are too uneven, or flat on purpose."""
+def _doubt(on: Sheet, noise: Noise) -> tuple[str | None, float]:
+    """Why what was measured may be shape, and the fraction of edges that are exactly flat where that was looked at."""
     if noise.kind == NONE:
-        return None
+        return None, 0.0
     aspect = float(np.median(compute_aspects(on.positions, on.faces)))
     if aspect > _MAX_ASPECT:
-        return f"half of the triangles are more than {_MAX_ASPECT:.0f} times as long as high"
+        return f"half of the triangles are more than {_MAX_ASPECT:.0f} times as long as high", 0.0
     first, second, third = noise.bands[1:4]
     grows = second > _GROWTH_OF_COARSE[0] * first and third > _GROWTH_OF_COARSE[1] * second
     steady = noise.orders[3] > _STEADY * noise.orders[1]
     if noise.kind == CORRELATED and grows and steady and noise.outliers < _MAX_OUTLIERS:
-        return "the shape has detail as fine as the triangles"
+        return "the shape has detail as fine as the triangles", 0.0
     if noise.kind in (IMPULSE, QUANTISED):
-        return None
+        return None, 0.0
     heights = compute_heights(on.positions, on.faces)
     flat = float((heights < _FLAT_HEIGHT * noise.level).mean()) if len(heights) else 0.0
     growing = noise.bands[3] > _GROWTH_OF_FLAT * noise.bands[2]
     if flat > _MAX_FLAT and (aspect > _MAX_ASPECT_OF_FLAT or growing):
-        return f"{100 * flat:.0f} % of the edges are exactly flat, as in a CAD model, and the rest is too coarse"
-    return None
+        return f"{100 * flat:.0f} % of the edges are exactly flat, as in a CAD model, and the rest is too coarse", flat
+    return None, flat
 
 
 def _followed(on: Sheet) -> tuple[float, Floats, Floats, float]:
