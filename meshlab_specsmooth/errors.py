@@ -71,3 +71,11 @@ class MissingExtra(SpecsmoothError, ImportError):  # noqa: N818
 
     def __init__(self, what: str, extra: str) -> None:
         super().__init__(f"{what} needs the extra '{extra}': pip install 'meshlab-specsmooth[{extra}]'")
+
+
+class MissingLibrary(SpecsmoothError, ImportError):  # noqa: N818
+    """A required library that is not installed, or that this system cannot load."""
+
+
+class Slow(UserWarning):
+    """Work that would be much faster with something that is not installed."""
