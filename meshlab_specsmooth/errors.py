@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import difflib
+from collections.abc import Iterable
+
 
 class SpecsmoothError(Exception):
     """Base of every error that this package raises on purpose."""
@@ -75,6 +78,21 @@ class MissingExtra(SpecsmoothError, ImportError):  # noqa: N818
 
 class MissingLibrary(SpecsmoothError, ImportError):  # noqa: N818
     """A required library that is not installed, or that this system cannot load."""
+
+
+def suggest(name: str, known: Iterable[str]) -> str:
+    """What to add to the message about an unknown name: the known name that it is most like, or nothing.
+
+    Examples
+    --------
+    >>> from meshlab_specsmooth.errors import suggest
+    >>> suggest("barycentre_wieght", ["barycenter_weight", "boundary"])
+    ' Did you mean barycenter_weight?'
+    >>> suggest("color", ["barycenter_weight", "boundary"])
+    ''
+    """
+    found = difflib.get_close_matches(name, list(known), n=1)
+    return f" Did you mean {found[0]}?" if found else ""
 
 
 class Slow(UserWarning):

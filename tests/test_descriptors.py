@@ -112,7 +112,7 @@ def test_the_package_s_own_descriptors_are_well_formed_and_named_as_their_files(
 
 # what a filter takes from the MeshSet, and the function on arrays as arrays; and what it has besides
 FROM_THE_MESH = {"features", "selected", "creases", "crease_angle"}
-ARRAYS = {"mask", "features", "creases", "progress", "vertices", "faces"}
+ARRAYS = {"mask", "features", "creases", "progress", "mesh", "vertices", "faces"}
 # what the displacement as quality is computed without; and what enhancement means by "auto", as it chooses no weight
 WITHOUT = {"compute_scalar_by_spectral_displacement": {"feature_gain"}}
 MEANT = {"apply_coord_spectral_enhancement": {"boundary": "fixed"}}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import re
 import threading
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -143,11 +144,11 @@ def _module_functions() -> dict[str, Any]:
 
     def search(keyword: str) -> None:
         native["search"](keyword)
-        words = keyword.lower().replace("_", " ").split()
-        for name in FILTERS:
-            text = f"{name} {descriptors.load(name).name}".lower()
-            if all(word in text for word in words):
-                print(f"{name} : meshlab_specsmooth, docs/filters.md#{name}")  # noqa: T201 (as pymeshlab's own does)
+        found = [descriptor for descriptor in map(descriptors.load, FILTERS) if _is_about(descriptor, keyword)]
+        width = max((len(descriptor.function) for descriptor in found), default=0)
+        for descriptor in found:
+            # as pymeshlab's own does, in its columns
+            print(f"{descriptor.function:{width}} : help(meshlab_specsmooth.{descriptor.function})")  # noqa: T201
 
     def print_filter_list() -> None:
         native["print_filter_list"]()
@@ -163,6 +164,14 @@ def _module_functions() -> dict[str, Any]:
             print(f"\t{parameter.name} : {parameter.kind} = {parameter.shown_default}")  # noqa: T201
 
     return {f.__name__: f for f in (filter_list, search, print_filter_list, print_filter_parameter_list)}
+
+
+def _is_about(descriptor: descriptors.Descriptor, keyword: str) -> bool:
+    """Whether all words are in a filter's names, its class or its help, however they are joined."""
+    text = f"{descriptor.function} {descriptor.name} {descriptor.category} {descriptor.help}".lower()
+    joined = re.sub(r"[^a-z0-9]", "", text)
+    words = re.findall(r"[a-z0-9]+", keyword.lower())
+    return all(word in text or word in joined for word in words)
 
 
 @contextlib.contextmanager
