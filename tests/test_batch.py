@@ -24,6 +24,7 @@ from meshlab_specsmooth.batch.work import RECORD_ENDING, Job
 from meshlab_specsmooth.bridge import files, meshset, temporary
 from meshlab_specsmooth.cli import batch as command_line
 from meshlab_specsmooth.cli import main
+from meshlab_specsmooth.graph import backend
 from meshlab_specsmooth.report import contact_sheet
 from meshlab_specsmooth.surface import signed_volume
 from tests.meshes import rough, sheet, torus
@@ -101,6 +102,15 @@ def test_each_mesh_becomes_what_smooth_makes_of_it(tmp_path):
     before, after = (signed_volume(mss.Surface(*meshset.pull(files.read(path)))) for path in ends)
     assert by_name["scan0"].volume_change == pytest.approx(after / before - 1, abs=1e-6)
     assert by_name["scan0"].seconds > 0
+
+
+def test_what_numba_would_bring_is_said_by_the_process_that_has_a_standard_error(tmp_path, monkeypatch):
+    monkeypatch.setattr(local, "outcomes", lambda *_: (outcome for outcome in ()))
+    monkeypatch.setattr(backend, "_said", threading.Event())
+    monkeypatch.setattr(backend, "LARGE", 100)
+    monkeypatch.setitem(sys.modules, "numba", None)
+    with pytest.warns(mss.Slow, match="numba is not installed"):
+        batch(scans(tmp_path / "in", 1), tmp_path / "out", pictures=False)
 
 
 def test_the_summary_is_a_file_for_programs_and_one_for_tables(tmp_path, in_this_process):

@@ -37,7 +37,7 @@ def is_compiled(vertices: int = 0) -> bool:
         return True
     if vertices > LARGE and not _said.is_set():
         _said.set()
-        warnings.warn(f"{problem}; without numba this takes about five times as long", Slow, _depth())
+        warnings.warn(f"{problem}; without numba this takes two to five times as long", Slow, _depth())
     return False
 
 
