@@ -60,6 +60,10 @@ class NoDisplay(SpecsmoothError, RuntimeError):  # noqa: N818
     """There is no display to open a window on."""
 
 
+class NoPython(SpecsmoothError, RuntimeError):  # noqa: N818
+    """There is no Python that could be started: the program is frozen, or Python is embedded in another."""
+
+
 class InvalidXml(SpecsmoothError, ValueError):  # noqa: N818
     """An XML file that is malformed or does not follow its grammar: file, line, reason."""
 

@@ -10,7 +10,7 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-from meshlab_specsmooth.errors import SpecsmoothError
+from meshlab_specsmooth.errors import NoPython
 
 # ``python -c`` puts the working directory before Python's own library, and so it is taken away before anything is
 # imported from there; -P, which does that, came with Python 3.11 only. Then this very package is imported, wherever it
@@ -28,10 +28,6 @@ spec.loader.exec_module(package)
 module, function = sys.argv.pop(1).split(":")
 getattr(importlib.import_module(module), function)()
 """
-
-
-class NoPython(SpecsmoothError, RuntimeError):  # noqa: N818 (named for what is wrong, as the other errors are)
-    """There is no Python that could be started."""
 
 
 def command(function: Callable[[], object], *arguments: str) -> tuple[str, ...]:

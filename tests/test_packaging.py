@@ -161,7 +161,7 @@ def test_an_unknown_name_is_none_and_the_interpreter_knows_a_better_one():
 
 def test_a_frozen_program_has_no_python_to_start(monkeypatch):
     monkeypatch.setattr(sys, "frozen", True, raising=False)
-    with pytest.raises(mss.processes.NoPython, match="has no Python that could be started"):
+    with pytest.raises(mss.NoPython, match="has no Python that could be started"):
         mss.processes.command(print)
 
 

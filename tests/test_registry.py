@@ -132,6 +132,8 @@ def test_what_is_not_ours_goes_through(registered):
     ms = pymeshlab.MeshSet()
     with pytest.raises(pymeshlab.PyMeshLabException, match="Failed to apply filter: nope"):
         ms.apply_filter("nope")
+    with pytest.raises(pymeshlab.PyMeshLabException, match=r"Did you mean apply_coord_spectral_smoothing\?"):
+        ms.apply_filter("apply_coord_spectral_smothing")
     assert ms.create_sphere() is None
     assert ms.apply_filter("create_sphere") == {}
     assert ms.get_geometric_measures()["mesh_volume"] > 0

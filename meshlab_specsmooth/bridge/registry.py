@@ -15,7 +15,7 @@ from meshlab_specsmooth import descriptors
 from meshlab_specsmooth.bridge import scripts
 from meshlab_specsmooth.bridge.filters import FILTERS
 from meshlab_specsmooth.bridge.parameters import resolve
-from meshlab_specsmooth.errors import SpecsmoothError
+from meshlab_specsmooth.errors import SpecsmoothError, suggest
 
 _lock = threading.Lock()
 _undo: list[Callable[[], None]] = []
@@ -88,7 +88,14 @@ def _methods() -> dict[str, Any]:
     def apply_filter(self: Any, filter_name: str, **kwargs: Any) -> Any:
         if isinstance(filter_name, str) and filter_name in FILTERS:
             return FILTERS[filter_name](self, **kwargs)
-        return native["apply_filter"](self, filter_name, **kwargs)
+        try:
+            return native["apply_filter"](self, filter_name, **kwargs)
+        except PyMeshLabException as error:
+            is_unknown = isinstance(filter_name, str) and filter_name not in pymeshlab.filter_list()
+            remedy = suggest(filter_name, FILTERS) if is_unknown else ""
+            if not remedy:
+                raise
+            raise PyMeshLabException(f"{error}{remedy}") from error
 
     def filter_parameter_values(self: Any, filter_name: str, **kwargs: Any) -> Any:
         if isinstance(filter_name, str) and filter_name in FILTERS:
