@@ -25,10 +25,14 @@ def main() -> int:
         _end(signal.SIGINT, None)
     except MemoryError:
         return _complain("memory ran out")
-    except ImportError as error:
+    except Exception as error:
         from meshlab_specsmooth.errors import SpecsmoothError
 
-        return _complain(str(error) if isinstance(error, SpecsmoothError) else f"cannot be imported: {error}")
+        if isinstance(error, SpecsmoothError):  # pymeshlab or the filters' descriptions are missing
+            return _complain(str(error))
+        if isinstance(error, ImportError):
+            return _complain(f"cannot be imported: {error}")
+        raise
 
 
 def _end(number: int, frame: FrameType | None) -> NoReturn:

@@ -391,6 +391,7 @@ import signal, sys
 class Finder:
     def find_spec(self, name, *_):
         if name == "meshlab_specsmooth.cli":
+            from meshlab_specsmooth.errors import FileError
             {how}
 sys.meta_path.insert(0, Finder())
 import specsmooth
@@ -403,6 +404,7 @@ sys.exit(specsmooth.main())
     [
         ("signal.raise_signal(signal.SIGINT)", "interrupted"),
         ("raise MemoryError", "memory ran out"),
+        ("raise FileError('filters_xml: missing')", "filters_xml: missing"),
         ("raise ImportError('cannot map a file')", "cannot be imported: cannot map a file"),
     ],
 )
