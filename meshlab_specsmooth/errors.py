@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import difflib
+from collections.abc import Iterable
+
 
 class SpecsmoothError(Exception):
     """Base of every error that this package raises on purpose."""
@@ -57,6 +60,10 @@ class NoDisplay(SpecsmoothError, RuntimeError):  # noqa: N818
     """There is no display to open a window on."""
 
 
+class NoPython(SpecsmoothError, RuntimeError):  # noqa: N818
+    """There is no Python that could be started: the program is frozen, or Python is embedded in another."""
+
+
 class InvalidXml(SpecsmoothError, ValueError):  # noqa: N818
     """An XML file that is malformed or does not follow its grammar: file, line, reason."""
 
@@ -71,3 +78,26 @@ class MissingExtra(SpecsmoothError, ImportError):  # noqa: N818
 
     def __init__(self, what: str, extra: str) -> None:
         super().__init__(f"{what} needs the extra '{extra}': pip install 'meshlab-specsmooth[{extra}]'")
+
+
+class MissingLibrary(SpecsmoothError, ImportError):  # noqa: N818
+    """A required library that is not installed, or that this system cannot load."""
+
+
+def suggest(name: str, known: Iterable[str]) -> str:
+    """What to add to the message about an unknown name: the known name that it is most like, or nothing.
+
+    Examples
+    --------
+    >>> from meshlab_specsmooth.errors import suggest
+    >>> suggest("barycentre_wieght", ["barycenter_weight", "boundary"])
+    ' Did you mean barycenter_weight?'
+    >>> suggest("color", ["barycenter_weight", "boundary"])
+    ''
+    """
+    found = difflib.get_close_matches(name, list(known), n=1)
+    return f" Did you mean {found[0]}?" if found else ""
+
+
+class Slow(UserWarning):
+    """Work that would be much faster with something that is not installed."""

@@ -11,7 +11,6 @@ import numpy as np
 import numpy.typing as npt
 
 from meshlab_specsmooth.automatic import FAVORS, Choice, across_the_rim, choose, drifts, robust, without_drift
-from meshlab_specsmooth.descriptors import ENHANCEMENT_DEFAULTS, LOW_PASS_DEFAULTS, SMOOTHING_DEFAULTS
 from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.graph import blocks, order
 from meshlab_specsmooth.graph.build import of_mesh
@@ -83,19 +82,20 @@ _ASSEMBLY = 0.25
 DISPLACEMENT_TOLERANCE = 2.5e-3
 POSITION_TOLERANCE = 1e-7
 
-_RESPONSE = SMOOTHING_DEFAULTS.text("response")
-_PASSES = int(SMOOTHING_DEFAULTS.number("passes"))
-_LAPLACIAN = SMOOTHING_DEFAULTS.text("laplacian")
-_METHOD = SMOOTHING_DEFAULTS.text("method")
-_COUNTING = SMOOTHING_DEFAULTS.text("counting")
-_BOUNDARY = SMOOTHING_DEFAULTS.text("boundary")
-_FAVOR = SMOOTHING_DEFAULTS.text("favor")
-_WELD = bool(SMOOTHING_DEFAULTS.number("weld"))
-_FEATURE_GAIN = SMOOTHING_DEFAULTS.number("feature_gain")
-_LOW_PASS_RESPONSE = LOW_PASS_DEFAULTS.text("response")
-_ENHANCING_RESPONSE = ENHANCEMENT_DEFAULTS.text("response")
-_ENHANCING_WEIGHT = ENHANCEMENT_DEFAULTS.number("barycenter_weight")
-_GAIN = ENHANCEMENT_DEFAULTS.number("gain")
+# Defaults; those of the filters, in filters_xml/, are the same
+_RESPONSE = "auto"
+_PASSES = 1
+_LAPLACIAN = "uniform"
+_METHOD = "auto"
+_COUNTING = "estimated"
+_BOUNDARY = "auto"
+_FAVOR = "position"
+_WELD = True
+_FEATURE_GAIN = 1.0
+_LOW_PASS_RESPONSE = "ideal"  # noqa: S105 (no password)
+_ENHANCING_RESPONSE = "butterworth"
+_ENHANCING_WEIGHT = 0.1
+_GAIN = 2.0
 
 # Responses that an automatic choice has: one whose polynomial is short whatever the weight, and the paper's
 _CHOSEN_FROM = ("heat", "ideal")

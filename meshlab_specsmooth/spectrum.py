@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from meshlab_specsmooth.descriptors import Defaults, load
 from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.graph import blocks
 from meshlab_specsmooth.parameters import BANDS, check_count
@@ -15,9 +14,9 @@ from meshlab_specsmooth.smoothing import Prepared, assemble
 from meshlab_specsmooth.spectral import density, eigenbasis
 from meshlab_specsmooth.surface import LARGEST_EXPONENT, Floats, check_extent
 
-_DEFAULTS = Defaults(load("get_spectrum"))
-_BANDS = int(_DEFAULTS.number("bands"))
-_LAPLACIAN = _DEFAULTS.text("laplacian")
+# Defaults; those of the filter, in filters_xml/, are the same
+_BANDS = 64
+_LAPLACIAN = "uniform"
 
 # Noise is flat over the modes and shape is not: beyond this eigenvalue (waves shorter than 2.9 edges) there is little
 # but noise on a mesh that resolves its shape

@@ -74,7 +74,8 @@ def test_enums_go_by_name_or_by_number(ms):
 @pytest.mark.parametrize(
     ("given", "error", "words"),
     [
-        ({"nodes": 3}, pymeshlab.PyMeshLabException, r"Parameter nodes not found for filter NAME\. Please check"),
+        ({"nodez": 3}, pymeshlab.PyMeshLabException, r"Parameter nodez not found for filter NAME\. Please check"),
+        ({"ENUM_": 3}, pymeshlab.PyMeshLabException, r"check the documentation\. Did you mean ENUM\?"),
         (
             {"ENUM": "graph"},
             pymeshlab.InvalidEnumException,
@@ -157,9 +158,9 @@ def test_what_cannot_be_filtered_is_refused_in_the_very_words_of_pymeshlab(name)
 
 def test_an_unknown_parameter_is_refused_in_the_very_words_of_pymeshlab(ms):
     with pytest.raises(pymeshlab.PyMeshLabException) as native:
-        ms.apply_coord_laplacian_smoothing(nodes=3)
+        ms.apply_coord_laplacian_smoothing(xyz=3)
     with pytest.raises(pymeshlab.PyMeshLabException) as ours:
-        mss.apply_coord_spectral_smoothing(ms, nodes=3)
+        mss.apply_coord_spectral_smoothing(ms, xyz=3)
     assert str(ours.value) == words_of(native, "laplacian", "spectral")
 
 

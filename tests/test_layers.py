@@ -12,7 +12,7 @@ MODULES = sorted(PACKAGE.rglob("*.py"))
 
 # a room may use those before it
 ROOMS = [
-    {"version", "errors", "memory", "processes", "start"},
+    {"version", "errors", "memory", "processes"},
     {"parameters"},
     {"xmltree", "descriptors"},
     {"surface"},
