@@ -13,7 +13,7 @@ class InvalidSurface(SpecsmoothError, ValueError):  # noqa: N818 (named for what
     Attributes
     ----------
     array : str
-        ``"vertices"`` or ``"faces"``.
+        ``"vertices"`` or ``"faces"``; ``"mesh"`` of an object that is no mesh.
     index : int or None
         First bad row, where the fault has a place.
     """

@@ -16,6 +16,7 @@ ROOMS = [
     {"parameters"},
     {"xmltree", "descriptors"},
     {"surface"},
+    {"adapters"},
     {"graph", "welding"},
     {"patches", "triangles", "outliers"},
     {"response"},
