@@ -1,6 +1,6 @@
 """Spectral mesh smoothing with barycentre constraints, as a filter for pymeshlab.
 
-Arrays in, arrays out: :func:`smooth`, :func:`denoise`, :func:`smooth_edge_aware`, :func:`low_pass`, :func:`enhance`,
+Any mesh in (arrays, a mesh of another library, a path), the same kind out: :func:`smooth`, :func:`denoise`, :func:`smooth_edge_aware`, :func:`low_pass`, :func:`enhance`,
 :func:`prepare`, :func:`spectrum`, :func:`estimate_noise`, :func:`estimate_error`, :func:`crossing_faces`. Side by side:
 :func:`compare`. Many files: :func:`batch`. MeshSets, in place, as a MeshLab filter does it:
 :func:`apply_coord_spectral_smoothing` and the others of its kind, as functions of a MeshSet, as methods of
@@ -10,10 +10,18 @@ Arrays in, arrays out: :func:`smooth`, :func:`denoise`, :func:`smooth_edge_aware
 from meshlab_specsmooth.batch.many import batch
 from meshlab_specsmooth.batch.summary import BatchSummary
 from meshlab_specsmooth.batch.work import Outcome
-from meshlab_specsmooth.bridge import filters as _filters
-from meshlab_specsmooth.bridge.filters import *  # noqa: F403 (each filter, by its name)
 from meshlab_specsmooth.bridge.measures import crossing_faces
-from meshlab_specsmooth.bridge.registry import MeshSet, register, unregister
+from meshlab_specsmooth.bridge.registry import register, unregister
+from meshlab_specsmooth.bridge.signatures import (
+    MeshSet,
+    apply_coord_edge_aware_smoothing,
+    apply_coord_spectral_denoising,
+    apply_coord_spectral_enhancement,
+    apply_coord_spectral_low_pass,
+    apply_coord_spectral_smoothing,
+    compute_scalar_by_spectral_displacement,
+    get_spectrum,
+)
 from meshlab_specsmooth.compare.comparison import Comparison
 from meshlab_specsmooth.compare.competitors import Competitor
 from meshlab_specsmooth.edge_aware import EdgeAwareResult, denoise, smooth_edge_aware
@@ -42,13 +50,12 @@ from meshlab_specsmooth.version import VERSION
 __version__ = VERSION
 
 __all__ = [
-    *_filters.__all__,
+    "BatchSummary",
+    "ClusterError",
     "Comparison",
     "Competitor",
     "EdgeAwareResult",
     "ErrorEstimate",
-    "BatchSummary",
-    "ClusterError",
     "FileError",
     "FilterFailed",
     "InvalidParameter",
@@ -57,8 +64,8 @@ __all__ = [
     "MeshSet",
     "MeshSetError",
     "MissingExtra",
-    "Noise",
     "NoDisplay",
+    "Noise",
     "NotConverged",
     "Outcome",
     "Prepared",
@@ -68,13 +75,20 @@ __all__ = [
     "Surface",
     "TooLarge",
     "__version__",
+    "apply_coord_edge_aware_smoothing",
+    "apply_coord_spectral_denoising",
+    "apply_coord_spectral_enhancement",
+    "apply_coord_spectral_low_pass",
+    "apply_coord_spectral_smoothing",
+    "batch",
     "compare",
+    "compute_scalar_by_spectral_displacement",
     "crossing_faces",
     "denoise",
-    "batch",
     "enhance",
     "estimate_error",
     "estimate_noise",
+    "get_spectrum",
     "low_pass",
     "prepare",
     "register",

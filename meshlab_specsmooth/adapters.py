@@ -181,7 +181,7 @@ def recognize(mesh: Mesh, faces: Any = None) -> Source:
 
 def _why_not(mesh: Mesh) -> str:
     """More about an object that is close to a mesh."""
-    if _has(mesh, "points", "cells"):
+    if _has(mesh, "extract_surface") or _has(mesh, "points", "cells"):
         return ", which has cells and not faces (extract its surface first)"
     if _has(mesh, "geometry", "graph"):
         return ", a scene (take a mesh of it)"
@@ -429,7 +429,7 @@ def _put_pymeshlab(ms: Mesh, source: Source, vertices: Floats) -> Mesh:
 
 
 def _recognize_open3d(mesh: Mesh) -> Source | None:
-    if not _has(mesh, "vertices", "triangles", "compute_vertex_normals"):
+    if not _has(mesh, "compute_vertex_normals", "vertices", "triangles"):
         return None
     return Source(np.asarray(mesh.vertices), np.asarray(mesh.triangles), mesh, copy.deepcopy, _put_open3d)
 

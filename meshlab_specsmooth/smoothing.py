@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from meshlab_specsmooth.adapters import Mesh, Source, WithMesh, accept_meshes, recognize
 from meshlab_specsmooth.automatic import FAVORS, Choice, across_the_rim, choose, drifts, robust, without_drift
+from meshlab_specsmooth.choices import AnyResponse, Boundary, Counting, Favor, LaplacianKind, Method, Response
 from meshlab_specsmooth.descriptors import ENHANCEMENT_DEFAULTS, LOW_PASS_DEFAULTS, SMOOTHING_DEFAULTS
 from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.graph import blocks, order
@@ -85,22 +86,22 @@ _ASSEMBLY = 0.25
 DISPLACEMENT_TOLERANCE = 2.5e-3
 POSITION_TOLERANCE = 1e-7
 
-_RESPONSE = SMOOTHING_DEFAULTS.text("response")
+_RESPONSE = cast(AnyResponse, SMOOTHING_DEFAULTS.text("response"))
 _PASSES = int(SMOOTHING_DEFAULTS.number("passes"))
-_LAPLACIAN = SMOOTHING_DEFAULTS.text("laplacian")
-_METHOD = SMOOTHING_DEFAULTS.text("method")
-_COUNTING = SMOOTHING_DEFAULTS.text("counting")
-_BOUNDARY = SMOOTHING_DEFAULTS.text("boundary")
-_FAVOR = SMOOTHING_DEFAULTS.text("favor")
+_LAPLACIAN = cast(LaplacianKind, SMOOTHING_DEFAULTS.text("laplacian"))
+_METHOD = cast(Method, SMOOTHING_DEFAULTS.text("method"))
+_COUNTING = cast(Counting, SMOOTHING_DEFAULTS.text("counting"))
+_BOUNDARY = cast(Boundary, SMOOTHING_DEFAULTS.text("boundary"))
+_FAVOR = cast(Favor, SMOOTHING_DEFAULTS.text("favor"))
 _WELD = bool(SMOOTHING_DEFAULTS.number("weld"))
 _FEATURE_GAIN = SMOOTHING_DEFAULTS.number("feature_gain")
-_LOW_PASS_RESPONSE = LOW_PASS_DEFAULTS.text("response")
-_ENHANCING_RESPONSE = ENHANCEMENT_DEFAULTS.text("response")
+_LOW_PASS_RESPONSE = cast(Response, LOW_PASS_DEFAULTS.text("response"))
+_ENHANCING_RESPONSE = cast(Response, ENHANCEMENT_DEFAULTS.text("response"))
 _ENHANCING_WEIGHT = ENHANCEMENT_DEFAULTS.number("barycenter_weight")
 _GAIN = ENHANCEMENT_DEFAULTS.number("gain")
 
 # Responses that an automatic choice has: one whose polynomial is short whatever the weight, and the paper's
-_CHOSEN_FROM = ("heat", "ideal")
+_CHOSEN_FROM: tuple[Response, ...] = ("heat", "ideal")
 
 # The band that enhancement amplifies without further notice: longer waves are the shape, shorter ones the noise
 LONGEST_ENHANCED_IN_EDGES = 30.0
@@ -195,10 +196,10 @@ class SmoothingResult(WithMesh):
     source: Source | None = field(default=None, repr=False)
 
 
-_Method = TypeVar("_Method", bound=Callable[..., SmoothingResult])
+_Smoother = TypeVar("_Smoother", bound=Callable[..., SmoothingResult])
 
 
-def _of_its_source(method: _Method) -> _Method:
+def _of_its_source(method: _Smoother) -> _Smoother:
     """Give results of a method of :class:`Prepared` the mesh that it was made of."""
 
     @functools.wraps(method)
@@ -206,7 +207,7 @@ def _of_its_source(method: _Method) -> _Method:
         result = method(self, *args, **kwargs)
         return result if self.source is None else replace(result, source=self.source)
 
-    return cast(_Method, call)
+    return cast(_Smoother, call)
 
 
 @dataclass(frozen=True, eq=False)
@@ -279,13 +280,13 @@ class Prepared:
         *,
         modes: int | None = None,
         wavelength: float | None = None,
-        response: str = _RESPONSE,
+        response: AnyResponse = _RESPONSE,
         barycenter_weight: float | None = None,
-        favor: str = _FAVOR,
+        favor: Favor = _FAVOR,
         passes: int = _PASSES,
-        method: str = _METHOD,
-        counting: str = _COUNTING,
-        boundary: str = _BOUNDARY,
+        method: Method = _METHOD,
+        counting: Counting = _COUNTING,
+        boundary: Boundary = _BOUNDARY,
         mask: npt.ArrayLike | None = None,
         features: npt.ArrayLike | None = None,
         feature_gain: float = _FEATURE_GAIN,
@@ -311,7 +312,9 @@ class Prepared:
         if len(self.moving) == 0:
             return self._nowhere(modes, wavelength, response, barycenter_weight or MOST_WEIGHT, began)
         all_chosen = modes is wavelength is barycenter_weight is None
-        responses = (response,) if response != "auto" else _CHOSEN_FROM if all_chosen else ("ideal",)
+        responses: tuple[AnyResponse, ...] = (
+            (response,) if response != "auto" else _CHOSEN_FROM if all_chosen else ("ideal",)
+        )
         response = responses[-1]
         if barycenter_weight is None:
             automatic = _Automatic(
@@ -364,10 +367,10 @@ class Prepared:
         longest: float | None = None,
         shortest: float | None = None,
         gain: float = _GAIN,
-        response: str = _ENHANCING_RESPONSE,
+        response: Response = _ENHANCING_RESPONSE,
         barycenter_weight: float = _ENHANCING_WEIGHT,
-        method: str = _METHOD,
-        boundary: str = _BOUNDARY,
+        method: Method = _METHOD,
+        boundary: Boundary = _BOUNDARY,
         mask: npt.ArrayLike | None = None,
         features: npt.ArrayLike | None = None,
         progress: Progress | None = None,
@@ -419,9 +422,9 @@ class Prepared:
         *,
         modes: int | None = None,
         wavelength: float | None = None,
-        response: str = _LOW_PASS_RESPONSE,
-        method: str = _METHOD,
-        counting: str = _COUNTING,
+        response: Response = _LOW_PASS_RESPONSE,
+        method: Method = _METHOD,
+        counting: Counting = _COUNTING,
         mask: npt.ArrayLike | None = None,
         progress: Progress | None = None,
     ) -> SmoothingResult:
@@ -608,7 +611,7 @@ class Prepared:
         def smooth_by(weight: float, mask: npt.ArrayLike | None, start: SmoothingResult | None) -> SmoothingResult:
             result = chosen.start.smooth(
                 **automatic.given,
-                response=chosen.choice.response,
+                response=cast(Response, chosen.choice.response),
                 barycenter_weight=weight,
                 mask=mask,
                 features=features,
@@ -984,7 +987,7 @@ class _Chosen:
 
 @accept_meshes
 def prepare(
-    mesh: Mesh, faces: npt.ArrayLike | None = None, *, laplacian: str = _LAPLACIAN, weld: bool = _WELD
+    mesh: Mesh, faces: npt.ArrayLike | None = None, *, laplacian: LaplacianKind = _LAPLACIAN, weld: bool = _WELD
 ) -> Prepared:
     """Build what does not depend on the parameters, to smooth the same surface many times.
 
@@ -1108,14 +1111,14 @@ def smooth(
     *,
     modes: int | None = None,
     wavelength: float | None = None,
-    response: str = _RESPONSE,
+    response: AnyResponse = _RESPONSE,
     barycenter_weight: float | None = None,
-    favor: str = _FAVOR,
+    favor: Favor = _FAVOR,
     passes: int = _PASSES,
-    laplacian: str = _LAPLACIAN,
-    method: str = _METHOD,
-    counting: str = _COUNTING,
-    boundary: str = _BOUNDARY,
+    laplacian: LaplacianKind = _LAPLACIAN,
+    method: Method = _METHOD,
+    counting: Counting = _COUNTING,
+    boundary: Boundary = _BOUNDARY,
     mask: npt.ArrayLike | None = None,
     features: npt.ArrayLike | None = None,
     feature_gain: float = _FEATURE_GAIN,
@@ -1247,10 +1250,10 @@ def low_pass(
     *,
     modes: int | None = None,
     wavelength: float | None = None,
-    response: str = _LOW_PASS_RESPONSE,
-    laplacian: str = _LAPLACIAN,
-    method: str = _METHOD,
-    counting: str = _COUNTING,
+    response: Response = _LOW_PASS_RESPONSE,
+    laplacian: LaplacianKind = _LAPLACIAN,
+    method: Method = _METHOD,
+    counting: Counting = _COUNTING,
     mask: npt.ArrayLike | None = None,
     weld: bool = _WELD,
     progress: Progress | None = None,
@@ -1294,11 +1297,11 @@ def enhance(
     longest: float | None = None,
     shortest: float | None = None,
     gain: float = _GAIN,
-    response: str = _ENHANCING_RESPONSE,
+    response: Response = _ENHANCING_RESPONSE,
     barycenter_weight: float = _ENHANCING_WEIGHT,
-    laplacian: str = _LAPLACIAN,
-    method: str = _METHOD,
-    boundary: str = _BOUNDARY,
+    laplacian: LaplacianKind = _LAPLACIAN,
+    method: Method = _METHOD,
+    boundary: Boundary = _BOUNDARY,
     mask: npt.ArrayLike | None = None,
     features: npt.ArrayLike | None = None,
     weld: bool = _WELD,

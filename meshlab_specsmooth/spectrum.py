@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 import numpy.typing as npt
 
 from meshlab_specsmooth.adapters import Mesh, accept_meshes, recognize
+from meshlab_specsmooth.choices import LaplacianKind
 from meshlab_specsmooth.descriptors import Defaults, load
 from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.graph import blocks
@@ -18,7 +20,7 @@ from meshlab_specsmooth.surface import LARGEST_EXPONENT, Floats, check_extent
 
 _DEFAULTS = Defaults(load("get_spectrum"))
 _BANDS = int(_DEFAULTS.number("bands"))
-_LAPLACIAN = _DEFAULTS.text("laplacian")
+_LAPLACIAN = cast(LaplacianKind, _DEFAULTS.text("laplacian"))
 
 # Noise is flat over the modes and shape is not: beyond this eigenvalue (waves shorter than 2.9 edges) there is little
 # but noise on a mesh that resolves its shape
@@ -61,7 +63,7 @@ class Spectrum:
 
 @accept_meshes
 def spectrum(
-    mesh: Mesh, faces: npt.ArrayLike | None = None, *, bands: int = _BANDS, laplacian: str = _LAPLACIAN
+    mesh: Mesh, faces: npt.ArrayLike | None = None, *, bands: int = _BANDS, laplacian: LaplacianKind = _LAPLACIAN
 ) -> Spectrum:
     """Measure the spectrum of a surface.
 

@@ -13,7 +13,7 @@ MODULES = sorted(PACKAGE.rglob("*.py"))
 # a room may use those before it
 ROOMS = [
     {"version", "errors", "memory", "processes", "start"},
-    {"parameters"},
+    {"parameters", "choices"},
     {"xmltree", "descriptors"},
     {"surface"},
     {"adapters"},

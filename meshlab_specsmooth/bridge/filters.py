@@ -97,6 +97,20 @@ def _documentation(descriptor: Descriptor, own: str) -> str:
     return "\n".join(lines)
 
 
+def _signature(descriptor: Descriptor) -> inspect.Signature:
+    """The parameters by name, for editors and notebooks."""
+    kinds = {"bool": bool, "int": int, "enum": str}
+    parameters = [inspect.Parameter("ms", inspect.Parameter.POSITIONAL_OR_KEYWORD, annotation=pymeshlab.MeshSet)]
+    parameters += [
+        inspect.Parameter(
+            each.name, inspect.Parameter.KEYWORD_ONLY, default=each.default, annotation=kinds.get(each.type, float)
+        )
+        for each in descriptor.parameters
+    ]
+    parameters.append(inspect.Parameter("progress", inspect.Parameter.KEYWORD_ONLY, default=None))
+    return inspect.Signature(parameters, return_annotation=dict)
+
+
 def mesh_filter(implementation: Implementation) -> Filter:
     """Make a filter of a function of the MeshSet, the values of all parameters by name, and a progress callback.
 
@@ -143,6 +157,7 @@ def mesh_filter(implementation: Implementation) -> Filter:
 
     call.__name__ = call.__qualname__ = implementation.__name__
     call.__module__ = implementation.__module__
+    call.__signature__ = _signature(descriptor)  # type: ignore[attr-defined]
     call.__doc__ = _documentation(descriptor, inspect.getdoc(implementation) or "")
     FILTERS[call.__name__] = call
     return call

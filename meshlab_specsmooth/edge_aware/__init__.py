@@ -19,6 +19,7 @@ from dataclasses import replace
 import numpy.typing as npt
 
 from meshlab_specsmooth.adapters import Mesh, accept_meshes, recognize
+from meshlab_specsmooth.choices import Boundary, Favor, Start
 from meshlab_specsmooth.edge_aware.denoising import FAVORS, denoised
 from meshlab_specsmooth.edge_aware.regions import region_of
 from meshlab_specsmooth.edge_aware.result import Considered, EdgeAwareResult, Setting
@@ -46,13 +47,13 @@ def smooth_edge_aware(
     mesh: Mesh,
     faces: npt.ArrayLike | None = None,
     *,
-    favor: str = "position",
+    favor: Favor = "position",
     strength: float | None = None,
     range_width: float | None = None,
     passes: int | None = None,
-    start: str = "auto",
+    start: Start = "auto",
     barycenter_weight: float | None = None,
-    boundary: str = "auto",
+    boundary: Boundary = "auto",
     mask: npt.ArrayLike | None = None,
     features: npt.ArrayLike | None = None,
     feature_gain: float = 1.0,
@@ -144,8 +145,8 @@ def denoise(
     mesh: Mesh,
     faces: npt.ArrayLike | None = None,
     *,
-    favor: str = "position",
-    boundary: str = "auto",
+    favor: Favor = "position",
+    boundary: Boundary = "auto",
     mask: npt.ArrayLike | None = None,
     features: npt.ArrayLike | None = None,
     feature_gain: float = 1.0,
