@@ -1,8 +1,9 @@
 """Spectral mesh smoothing with barycentre constraints, as a filter for pymeshlab.
 
-Any mesh in (arrays, a mesh of another library, a path), the same kind out: :func:`smooth`, :func:`denoise`, :func:`smooth_edge_aware`, :func:`low_pass`, :func:`enhance`,
-:func:`prepare`, :func:`spectrum`, :func:`estimate_noise`, :func:`estimate_error`, :func:`crossing_faces`. Side by side:
-:func:`compare`. Many files: :func:`batch`. MeshSets, in place, as a MeshLab filter does it:
+Any mesh in (arrays, a mesh of another library, a path), the same kind out: :func:`smooth`, :func:`denoise`,
+:func:`smooth_edge_aware`, :func:`low_pass`, :func:`enhance`, :func:`prepare`, :func:`spectrum`, :func:`estimate_noise`,
+:func:`estimate_error`, :func:`crossing_faces`. Side by side: :func:`compare`. Many files: :func:`batch`.
+MeshSets, in place, as a MeshLab filter does it:
 :func:`apply_coord_spectral_smoothing` and the others of its kind, as functions of a MeshSet, as methods of
 :class:`MeshSet`, or after :func:`register` as methods of pymeshlab's own.
 """
