@@ -87,6 +87,7 @@ def test_signatures_have_the_parameters_of_the_descriptor(name):
 
 def test_tab_completion_shows_the_filters_after_register():
     ms = pymeshlab.MeshSet()
+    mss.unregister()
     assert not set(FILTERS) & set(dir(ms))
     mss.register()
     try:
