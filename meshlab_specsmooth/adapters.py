@@ -19,7 +19,7 @@ from typing import Any, ParamSpec, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from meshlab_specsmooth.errors import InvalidParameter, InvalidSurface
+from meshlab_specsmooth.errors import InvalidParameter, InvalidSurface, NotAMesh
 from meshlab_specsmooth.parameters import show
 from meshlab_specsmooth.surface import Floats, Surface, check_indices, face_vectors, vertex_normals
 
@@ -132,7 +132,7 @@ def accept_meshes(function: Callable[P, R]) -> Callable[P, R]:
     return call
 
 
-def recognize(mesh: Mesh, faces: Any = None) -> Source:
+def recognize(mesh: Mesh, faces: Any = None, name: str = "mesh") -> Source:
     """Vertices and triangles of a mesh of any kind, and how to make another one of that kind.
 
     Parameters
@@ -145,11 +145,15 @@ def recognize(mesh: Mesh, faces: Any = None) -> Source:
     faces : array_like, optional
         (m, 3) triangles, (m, k) polygons, rows of different lengths, or PyVista's padded ``[k, a, b, c, ..., k, ...]``.
         Quads are split along the shorter diagonal, larger polygons into fans.
+    name : str
+        Of the parameter, for the error.
 
     Raises
     ------
+    NotAMesh
+        It is none: both an :class:`InvalidSurface` and an :class:`InvalidParameter`.
     InvalidSurface
-        It is no mesh, has no faces, or is not made of polygons. Arrays are checked by :class:`Surface`.
+        It has no faces, or is not made of polygons. Arrays are checked by :class:`Surface`.
     FileError
         The file cannot be read.
 
@@ -162,7 +166,7 @@ def recognize(mesh: Mesh, faces: Any = None) -> Source:
     >>> recognize(5)
     Traceback (most recent call last):
     ...
-    meshlab_specsmooth.errors.InvalidSurface: mesh is 5; pass vertices and faces, a tuple (vertices, faces, ...), ...
+    meshlab_specsmooth.errors.NotAMesh: mesh is 5; pass vertices and faces, a tuple (vertices, faces, ...), ...
     """
     if isinstance(mesh, np.ndarray) and faces is not None:
         return _of_arrays(mesh, faces)
@@ -176,7 +180,7 @@ def recognize(mesh: Mesh, faces: Any = None) -> Source:
         return _of_arrays(mesh, faces)
     if isinstance(mesh, np.ndarray | list | tuple):
         raise InvalidSurface("faces", "are missing", KINDS)
-    raise InvalidSurface("mesh", f"is {show(mesh)}{_why_not(mesh)}", KINDS)
+    raise NotAMesh(name, f"is {show(mesh)}{_why_not(mesh)}", KINDS)
 
 
 def _why_not(mesh: Mesh) -> str:

@@ -29,6 +29,10 @@ class InvalidParameter(SpecsmoothError, ValueError):  # noqa: N818
     """A parameter outside what the method allows."""
 
 
+class NotAMesh(InvalidSurface, InvalidParameter):
+    """An object that is no mesh of any kind, where one is wanted."""
+
+
 class NotConverged(SpecsmoothError, ArithmeticError):  # noqa: N818
     """An iteration that ended before it reached its tolerance."""
 

@@ -11,7 +11,7 @@ from meshlab_specsmooth.adapters import Mesh, accept_meshes, recognize
 from meshlab_specsmooth.compare.comparison import Comparison
 from meshlab_specsmooth.compare.competitors import Competitor
 from meshlab_specsmooth.compare.experiment import experiment
-from meshlab_specsmooth.errors import InvalidParameter, InvalidSurface
+from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.parameters import LARGEST_SEED, check_count, check_path, check_progress, show
 from meshlab_specsmooth.report import page
 from meshlab_specsmooth.spectral.progress import Progress, part
@@ -98,7 +98,7 @@ def compare(
     given = recognize(mesh, faces).surface()
     found = experiment(
         given,
-        truth=None if ground_truth is None else _truth(ground_truth),
+        truth=None if ground_truth is None else surface_of(ground_truth, "ground_truth"),
         added=noise,
         seed=seed,
         filters=filters,
@@ -112,16 +112,9 @@ def compare(
     return found
 
 
-def surface_of(mesh: Mesh) -> Surface:
+def surface_of(mesh: Mesh, name: str = "mesh") -> Surface:
     """The surface of a mesh of any kind."""
-    return recognize(mesh).surface()
-
-
-def _truth(mesh: Mesh) -> Surface:
-    try:
-        return surface_of(mesh)
-    except InvalidSurface as error:
-        raise InvalidParameter(f"ground_truth: {error}") from error
+    return recognize(mesh, name=name).surface()
 
 
 def _label(mesh: Mesh) -> str:
