@@ -1,8 +1,9 @@
 """Spectral mesh smoothing with barycentre constraints, as a filter for pymeshlab.
 
-Arrays in, arrays out: :func:`smooth`, :func:`denoise`, :func:`smooth_edge_aware`, :func:`low_pass`, :func:`enhance`,
-:func:`prepare`, :func:`spectrum`, :func:`estimate_noise`, :func:`estimate_error`, :func:`crossing_faces`. Side by side:
-:func:`compare`. Many files: :func:`batch`. MeshSets, in place, as a MeshLab filter does it:
+Any mesh in (arrays, a mesh of another library, a path), the same kind out: :func:`smooth`, :func:`denoise`,
+:func:`smooth_edge_aware`, :func:`low_pass`, :func:`enhance`, :func:`prepare`, :func:`spectrum`, :func:`estimate_noise`,
+:func:`estimate_error`, :func:`crossing_faces`. Side by side: :func:`compare`. Many files: :func:`batch`.
+MeshSets, in place, as a MeshLab filter does it:
 :func:`apply_coord_spectral_smoothing` and the others of its kind, as functions of a MeshSet, as methods of
 :class:`MeshSet`, or after :func:`register` as methods of pymeshlab's own.
 
@@ -24,7 +25,10 @@ if TYPE_CHECKING:
     from meshlab_specsmooth.batch.many import batch
     from meshlab_specsmooth.batch.summary import BatchSummary
     from meshlab_specsmooth.batch.work import Outcome
-    from meshlab_specsmooth.bridge.filters import (
+    from meshlab_specsmooth.bridge.measures import crossing_faces
+    from meshlab_specsmooth.bridge.registry import register, unregister
+    from meshlab_specsmooth.bridge.signatures import (
+        MeshSet,
         apply_coord_edge_aware_smoothing,
         apply_coord_spectral_denoising,
         apply_coord_spectral_enhancement,
@@ -33,8 +37,6 @@ if TYPE_CHECKING:
         compute_scalar_by_spectral_displacement,
         get_spectrum,
     )
-    from meshlab_specsmooth.bridge.measures import crossing_faces
-    from meshlab_specsmooth.bridge.registry import MeshSet, register, unregister
     from meshlab_specsmooth.compare.comparison import Comparison
     from meshlab_specsmooth.compare.competitors import Competitor
     from meshlab_specsmooth.edge_aware import EdgeAwareResult, denoise, smooth_edge_aware
@@ -50,6 +52,7 @@ if TYPE_CHECKING:
         MissingLibrary,
         NoDisplay,
         NoPython,
+        NotAMesh,
         NotConverged,
         Slow,
         SpecsmoothError,
@@ -69,7 +72,8 @@ _NAMES = {
     "batch.many": ("batch",),
     "batch.summary": ("BatchSummary",),
     "batch.work": ("Outcome",),
-    "bridge.filters": (
+    "bridge.signatures": (
+        "MeshSet",
         "apply_coord_edge_aware_smoothing",
         "apply_coord_spectral_denoising",
         "apply_coord_spectral_enhancement",
@@ -80,7 +84,6 @@ _NAMES = {
     ),
     "bridge.measures": ("crossing_faces",),
     "bridge.registry": (
-        "MeshSet",
         "register",
         "unregister",
     ),
@@ -103,6 +106,7 @@ _NAMES = {
         "MissingLibrary",
         "NoDisplay",
         "NoPython",
+        "NotAMesh",
         "NotConverged",
         "Slow",
         "SpecsmoothError",
@@ -150,6 +154,7 @@ __all__ = [
     "NoDisplay",
     "NoPython",
     "Noise",
+    "NotAMesh",
     "NotConverged",
     "Outcome",
     "Prepared",

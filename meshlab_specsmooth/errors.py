@@ -16,7 +16,7 @@ class InvalidSurface(SpecsmoothError, ValueError):  # noqa: N818 (named for what
     Attributes
     ----------
     array : str
-        ``"vertices"`` or ``"faces"``.
+        ``"vertices"`` or ``"faces"``; ``"mesh"`` of an object that is no mesh.
     index : int or None
         First bad row, where the fault has a place.
     """
@@ -30,6 +30,10 @@ class InvalidSurface(SpecsmoothError, ValueError):  # noqa: N818 (named for what
 
 class InvalidParameter(SpecsmoothError, ValueError):  # noqa: N818
     """A parameter outside what the method allows."""
+
+
+class NotAMesh(InvalidSurface, InvalidParameter):
+    """An object that is no mesh of any kind, where one is wanted."""
 
 
 class NotConverged(SpecsmoothError, ArithmeticError):  # noqa: N818

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from meshlab_specsmooth.adapters import Mesh, accept_meshes, recognize
 from meshlab_specsmooth.errors import FilterFailed, InvalidParameter
 from meshlab_specsmooth.graph import blocks
 from meshlab_specsmooth.memory import require
@@ -46,7 +47,8 @@ _LARGEST_MOVE_EXPONENT = 400
 _BYTES_PER_DRAW = 32
 
 
-def estimate_noise(vertices: npt.ArrayLike, faces: npt.ArrayLike) -> Noise:
+@accept_meshes
+def estimate_noise(mesh: Mesh, faces: npt.ArrayLike | None = None) -> Noise:
     """How much noise a surface has along its normals, in mesh units, and of what kind.
 
     The median of the normal component of L^2 V, and levels at other scales to tell kinds apart (see :class:`Noise`).
@@ -57,9 +59,10 @@ def estimate_noise(vertices: npt.ArrayLike, faces: npt.ArrayLike) -> Noise:
 
     Parameters
     ----------
-    vertices : (n, 3) real array
-        In mesh units.
-    faces : (m, 3) integer array
+    mesh : (n, 3) real array, or a mesh of any kind
+        Vertices, in mesh units.
+    faces : (m, 3) integer array, optional
+        As for :func:`meshlab_specsmooth.smooth`.
 
     Raises
     ------
@@ -73,11 +76,12 @@ def estimate_noise(vertices: npt.ArrayLike, faces: npt.ArrayLike) -> Noise:
     >>> mss.estimate_noise(corners, [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]).kind  # too few to tell
     'unclear'
     """
-    mesh = assemble(vertices, faces, "uniform")
+    source = recognize(mesh, faces)
+    made = assemble(source.vertices, source.faces, "uniform")
     with blocks.one_blas_thread():
-        rim = None if mesh.rim is None else mesh.rim.vertices
-        positions, _ = replace_outliers(mesh.positions, mesh.L, rim)
-        return estimate_level(positions, mesh.faces, mesh.L).scaled(mesh.exponent)
+        rim = None if made.rim is None else made.rim.vertices
+        positions, _ = replace_outliers(made.positions, made.L, rim)
+        return estimate_level(positions, made.faces, made.L).scaled(made.exponent)
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,10 +115,11 @@ class ErrorEstimate:
     risks: tuple[float, ...] = ()
 
 
+@accept_meshes
 def estimate_error(
     filter: Callable[[Floats], npt.ArrayLike],  # noqa: A002 (it is what it is)
-    vertices: npt.ArrayLike,
-    faces: npt.ArrayLike,
+    mesh: Mesh,
+    faces: npt.ArrayLike | None = None,
     *,
     noise: Noise | float | None = None,
     probes: int = _PROBES,
@@ -135,9 +140,10 @@ def estimate_error(
     ----------
     filter : callable
         From (n, 3) vertices to (n, 3) vertices; it gets a copy each time, and must be deterministic.
-    vertices : (n, 3) real array
-        In mesh units.
-    faces : (m, 3) integer array
+    mesh : (n, 3) real array, or a mesh of any kind
+        Vertices, in mesh units.
+    faces : (m, 3) integer array, optional
+        As for :func:`meshlab_specsmooth.smooth`.
     noise : Noise or float, optional
         What to take for noise; a number is the level of white noise, in mesh units. Measured by default.
     probes : int
@@ -166,7 +172,8 @@ def estimate_error(
     (0.2, True)
     """
     filter = check_function("filter", filter)  # noqa: A001
-    prepared = prepare_error(vertices, faces, noise=noise, probes=probes, seed=seed)
+    source = recognize(mesh, faces)
+    prepared = prepare_error(source.vertices, source.faces, noise=noise, probes=probes, seed=seed)
     perturbed = prepared.perturbed() if prepared.draws.any() else []
     V = prepared.surface.vertices
     largest = float(np.ldexp(1.0, min(LARGEST_EXPONENT, _LARGEST_MOVE_EXPONENT + prepared.exponent)))

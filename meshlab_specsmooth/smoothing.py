@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import functools
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, TypeVar, cast
 
 import numpy as np
 import numpy.typing as npt
 
+from meshlab_specsmooth.adapters import Mesh, Source, WithMesh, accept_meshes, recognize
 from meshlab_specsmooth.automatic import FAVORS, Choice, across_the_rim, choose, drifts, robust, without_drift
+from meshlab_specsmooth.choices import AnyResponse, Boundary, Counting, Favor, LaplacianKind, Method, Response
 from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.graph import blocks, order
 from meshlab_specsmooth.graph.build import of_mesh
@@ -83,22 +86,22 @@ DISPLACEMENT_TOLERANCE = 2.5e-3
 POSITION_TOLERANCE = 1e-7
 
 # Defaults; those of the filters, in filters_xml/, are the same
-_RESPONSE = "auto"
+_RESPONSE: AnyResponse = "auto"
 _PASSES = 1
-_LAPLACIAN = "uniform"
-_METHOD = "auto"
-_COUNTING = "estimated"
-_BOUNDARY = "auto"
-_FAVOR = "position"
+_LAPLACIAN: LaplacianKind = "uniform"
+_METHOD: Method = "auto"
+_COUNTING: Counting = "estimated"
+_BOUNDARY: Boundary = "auto"
+_FAVOR: Favor = "position"
 _WELD = True
 _FEATURE_GAIN = 1.0
-_LOW_PASS_RESPONSE = "ideal"  # noqa: S105 (no password)
-_ENHANCING_RESPONSE = "butterworth"
+_LOW_PASS_RESPONSE: Response = "ideal"  # noqa: S105 (no password)
+_ENHANCING_RESPONSE: Response = "butterworth"
 _ENHANCING_WEIGHT = 0.1
 _GAIN = 2.0
 
 # Responses that an automatic choice has: one whose polynomial is short whatever the weight, and the paper's
-_CHOSEN_FROM = ("heat", "ideal")
+_CHOSEN_FROM: tuple[Response, ...] = ("heat", "ideal")
 
 # The band that enhancement amplifies without further notice: longer waves are the shape, shorter ones the noise
 LONGEST_ENHANCED_IN_EDGES = 30.0
@@ -113,7 +116,7 @@ Change = Callable[[Laplacian, SpectralFilter, Floats, Progress | None, list[Floa
 
 
 @dataclass(frozen=True, eq=False)
-class SmoothingResult:
+class SmoothingResult(WithMesh):
     """The smoothed surface, and the evidence.
 
     Attributes
@@ -163,6 +166,8 @@ class SmoothingResult:
         Vertices that lie where another one does, and moved with it.
     outliers : (k,) int64
         Single stray vertices that were put where their neighbors expect them, where the weight was chosen.
+    source : Source or None
+        The mesh that was given, for ``mesh``.
     """
 
     vertices: Floats
@@ -188,6 +193,21 @@ class SmoothingResult:
     warning: str | None = None
     welded: int = 0
     outliers: npt.NDArray[np.int64] = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    source: Source | None = field(default=None, repr=False)
+
+
+_Smoother = TypeVar("_Smoother", bound=Callable[..., SmoothingResult])
+
+
+def _of_its_source(method: _Smoother) -> _Smoother:
+    """Give results of a method of :class:`Prepared` the mesh that it was made of."""
+
+    @functools.wraps(method)
+    def call(self: Prepared, /, *args: Any, **kwargs: Any) -> SmoothingResult:
+        result = method(self, *args, **kwargs)
+        return result if self.source is None else replace(result, source=self.source)
+
+    return cast(_Smoother, call)
 
 
 @dataclass(frozen=True, eq=False)
@@ -227,6 +247,8 @@ class Prepared:
     spare : deque of lists of (k, 3) float64
         Memory of the last run, up to 144 bytes a vertex, which the next one writes over. A run takes all of it while
         it lasts, so that runs in several threads at once share none.
+    source : Source or None
+        The mesh that was given.
     """
 
     surface: Surface
@@ -244,25 +266,27 @@ class Prepared:
     welded: int = 0
     doubts: tuple[str, ...] = ()
     spare: blocks.Spare = field(default_factory=blocks.no_spare)
+    source: Source | None = None
 
     def __repr__(self) -> str:
         """What it is for, in a line: the arrays are long."""
         V, F = self.surface.vertices, self.surface.faces
         return f"<Prepared: {len(V)} vertices, {len(F)} faces, {self.kind} Laplacian>"
 
+    @_of_its_source
     @blocks.one_blas_thread()
     def smooth(
         self,
         *,
         modes: int | None = None,
         wavelength: float | None = None,
-        response: str = _RESPONSE,
+        response: AnyResponse = _RESPONSE,
         barycenter_weight: float | None = None,
-        favor: str = _FAVOR,
+        favor: Favor = _FAVOR,
         passes: int = _PASSES,
-        method: str = _METHOD,
-        counting: str = _COUNTING,
-        boundary: str = _BOUNDARY,
+        method: Method = _METHOD,
+        counting: Counting = _COUNTING,
+        boundary: Boundary = _BOUNDARY,
         mask: npt.ArrayLike | None = None,
         features: npt.ArrayLike | None = None,
         feature_gain: float = _FEATURE_GAIN,
@@ -288,7 +312,9 @@ class Prepared:
         if len(self.moving) == 0:
             return self._nowhere(modes, wavelength, response, barycenter_weight or MOST_WEIGHT, began)
         all_chosen = modes is wavelength is barycenter_weight is None
-        responses = (response,) if response != "auto" else _CHOSEN_FROM if all_chosen else ("ideal",)
+        responses: tuple[AnyResponse, ...] = (
+            (response,) if response != "auto" else _CHOSEN_FROM if all_chosen else ("ideal",)
+        )
         response = responses[-1]
         if barycenter_weight is None:
             automatic = _Automatic(
@@ -333,6 +359,7 @@ class Prepared:
             result = _with_warning(result, _warning_of(low_pass, len(self.moving)))
         return result
 
+    @_of_its_source
     @blocks.one_blas_thread()
     def enhance(
         self,
@@ -340,10 +367,10 @@ class Prepared:
         longest: float | None = None,
         shortest: float | None = None,
         gain: float = _GAIN,
-        response: str = _ENHANCING_RESPONSE,
+        response: Response = _ENHANCING_RESPONSE,
         barycenter_weight: float = _ENHANCING_WEIGHT,
-        method: str = _METHOD,
-        boundary: str = _BOUNDARY,
+        method: Method = _METHOD,
+        boundary: Boundary = _BOUNDARY,
         mask: npt.ArrayLike | None = None,
         features: npt.ArrayLike | None = None,
         progress: Progress | None = None,
@@ -388,15 +415,16 @@ class Prepared:
         )
         return self._run(added, across, along, region, barycenter_weight, 1, start, progress)
 
+    @_of_its_source
     @blocks.one_blas_thread()
     def low_pass(
         self,
         *,
         modes: int | None = None,
         wavelength: float | None = None,
-        response: str = _LOW_PASS_RESPONSE,
-        method: str = _METHOD,
-        counting: str = _COUNTING,
+        response: Response = _LOW_PASS_RESPONSE,
+        method: Method = _METHOD,
+        counting: Counting = _COUNTING,
         mask: npt.ArrayLike | None = None,
         progress: Progress | None = None,
     ) -> SmoothingResult:
@@ -583,7 +611,7 @@ class Prepared:
         def smooth_by(weight: float, mask: npt.ArrayLike | None, start: SmoothingResult | None) -> SmoothingResult:
             result = chosen.start.smooth(
                 **automatic.given,
-                response=chosen.choice.response,
+                response=cast(Response, chosen.choice.response),
                 barycenter_weight=weight,
                 mask=mask,
                 features=features,
@@ -957,14 +985,15 @@ class _Chosen:
     start: Prepared
 
 
+@accept_meshes
 def prepare(
-    vertices: npt.ArrayLike, faces: npt.ArrayLike, *, laplacian: str = _LAPLACIAN, weld: bool = _WELD
+    mesh: Mesh, faces: npt.ArrayLike | None = None, *, laplacian: LaplacianKind = _LAPLACIAN, weld: bool = _WELD
 ) -> Prepared:
     """Build what does not depend on the parameters, to smooth the same surface many times.
 
     Parameters
     ----------
-    vertices, faces, laplacian, weld
+    mesh, faces, laplacian, weld
         As for :func:`smooth`.
 
     Examples
@@ -975,7 +1004,8 @@ def prepare(
     >>> [prepared.smooth(modes=k).method for k in (1, 4)]
     ['exact', 'exact']
     """
-    prepared = assemble(vertices, faces, laplacian, weld=weld)
+    source = recognize(mesh, faces)
+    prepared = replace(assemble(source.vertices, source.faces, laplacian, weld=weld), source=source.kept())
     if prepared.L.size <= eigenbasis.DENSE_VERTICES:  # counted exactly
         return prepared
     with blocks.one_blas_thread():
@@ -1074,20 +1104,21 @@ def find_corners(F: Integers, n: int) -> Booleans:
     return found
 
 
+@accept_meshes
 def smooth(
-    vertices: npt.ArrayLike,
-    faces: npt.ArrayLike,
+    mesh: Mesh,
+    faces: npt.ArrayLike | None = None,
     *,
     modes: int | None = None,
     wavelength: float | None = None,
-    response: str = _RESPONSE,
+    response: AnyResponse = _RESPONSE,
     barycenter_weight: float | None = None,
-    favor: str = _FAVOR,
+    favor: Favor = _FAVOR,
     passes: int = _PASSES,
-    laplacian: str = _LAPLACIAN,
-    method: str = _METHOD,
-    counting: str = _COUNTING,
-    boundary: str = _BOUNDARY,
+    laplacian: LaplacianKind = _LAPLACIAN,
+    method: Method = _METHOD,
+    counting: Counting = _COUNTING,
+    boundary: Boundary = _BOUNDARY,
     mask: npt.ArrayLike | None = None,
     features: npt.ArrayLike | None = None,
     feature_gain: float = _FEATURE_GAIN,
@@ -1102,10 +1133,12 @@ def smooth(
 
     Parameters
     ----------
-    vertices : (n, 3) real array
-        In mesh units; never changed.
-    faces : (m, 3) integer array
-        Never changed.
+    mesh : (n, 3) real array, or a mesh of any kind
+        Vertices, in mesh units; or, without ``faces``, a mesh of pymeshlab (a MeshSet's current mesh), trimesh,
+        PyVista, Open3D, meshio or vedo, a tuple of vertices and faces, or the path of a file. Never changed;
+        ``result.mesh`` is one of the same kind.
+    faces : (m, 3) integer array, optional
+        Never changed. Quads and polygons are split into triangles for the computation.
     modes : int, optional
         Number of modes kept, lowest first (the paper's f_a).
     wavelength : float, optional
@@ -1178,7 +1211,8 @@ def smooth(
     ('exact', 4, True)
     """
     start = time.perf_counter()
-    prepared = assemble(vertices, faces, laplacian, part(check_progress(progress), 0.0, _ASSEMBLY), weld)
+    source = recognize(mesh, faces)
+    prepared = assemble(source.vertices, source.faces, laplacian, part(check_progress(progress), 0.0, _ASSEMBLY), weld)
     result = prepared.smooth(
         modes=modes,
         wavelength=wavelength,
@@ -1196,7 +1230,7 @@ def smooth(
     )
     if barycenter_weight is not None:
         result = warn_of_change(prepared, result)
-    return replace(result, seconds=time.perf_counter() - start)
+    return replace(result, source=source.kept(), seconds=time.perf_counter() - start)
 
 
 def warn_of_change(prepared: Prepared, result: SmoothingResult) -> SmoothingResult:
@@ -1209,16 +1243,17 @@ def warn_of_change(prepared: Prepared, result: SmoothingResult) -> SmoothingResu
     return _with_warning(result, note)
 
 
+@accept_meshes
 def low_pass(
-    vertices: npt.ArrayLike,
-    faces: npt.ArrayLike,
+    mesh: Mesh,
+    faces: npt.ArrayLike | None = None,
     *,
     modes: int | None = None,
     wavelength: float | None = None,
-    response: str = _LOW_PASS_RESPONSE,
-    laplacian: str = _LAPLACIAN,
-    method: str = _METHOD,
-    counting: str = _COUNTING,
+    response: Response = _LOW_PASS_RESPONSE,
+    laplacian: LaplacianKind = _LAPLACIAN,
+    method: Method = _METHOD,
+    counting: Counting = _COUNTING,
     mask: npt.ArrayLike | None = None,
     weld: bool = _WELD,
     progress: Progress | None = None,
@@ -1241,7 +1276,8 @@ def low_pass(
            [1., 1., 0.]])
     """
     start = time.perf_counter()
-    result = assemble(vertices, faces, laplacian, part(check_progress(progress), 0.0, _ASSEMBLY), weld).low_pass(
+    source, report = recognize(mesh, faces), part(check_progress(progress), 0.0, _ASSEMBLY)
+    result = assemble(source.vertices, source.faces, laplacian, report, weld).low_pass(
         modes=modes,
         wavelength=wavelength,
         response=response,
@@ -1250,21 +1286,22 @@ def low_pass(
         mask=mask,
         progress=part(progress, _ASSEMBLY, 1 - _ASSEMBLY),
     )
-    return replace(result, seconds=time.perf_counter() - start)
+    return replace(result, source=source.kept(), seconds=time.perf_counter() - start)
 
 
+@accept_meshes
 def enhance(
-    vertices: npt.ArrayLike,
-    faces: npt.ArrayLike,
+    mesh: Mesh,
+    faces: npt.ArrayLike | None = None,
     *,
     longest: float | None = None,
     shortest: float | None = None,
     gain: float = _GAIN,
-    response: str = _ENHANCING_RESPONSE,
+    response: Response = _ENHANCING_RESPONSE,
     barycenter_weight: float = _ENHANCING_WEIGHT,
-    laplacian: str = _LAPLACIAN,
-    method: str = _METHOD,
-    boundary: str = _BOUNDARY,
+    laplacian: LaplacianKind = _LAPLACIAN,
+    method: Method = _METHOD,
+    boundary: Boundary = _BOUNDARY,
     mask: npt.ArrayLike | None = None,
     features: npt.ArrayLike | None = None,
     weld: bool = _WELD,
@@ -1282,7 +1319,7 @@ def enhance(
         w > 0: the barycentres hold waves back whose eigenvalue is below w, so it is smaller here than for smoothing.
     features : (n,) array of weights in [0, 1] or of bool, optional
         Where to enhance; everywhere by default.
-    vertices, faces, response, laplacian, method, boundary, mask, weld, progress
+    mesh, faces, response, laplacian, method, boundary, mask, weld, progress
         As for :func:`smooth`; so are returns and errors. The result's cut-off is that of the shortest wave.
 
     Examples
@@ -1295,7 +1332,8 @@ def enhance(
     True
     """
     start = time.perf_counter()
-    result = assemble(vertices, faces, laplacian, part(check_progress(progress), 0.0, _ASSEMBLY), weld).enhance(
+    source, report = recognize(mesh, faces), part(check_progress(progress), 0.0, _ASSEMBLY)
+    result = assemble(source.vertices, source.faces, laplacian, report, weld).enhance(
         longest=longest,
         shortest=shortest,
         gain=gain,
@@ -1307,7 +1345,7 @@ def enhance(
         features=features,
         progress=part(progress, _ASSEMBLY, 1 - _ASSEMBLY),
     )
-    return replace(result, seconds=time.perf_counter() - start)
+    return replace(result, source=source.kept(), seconds=time.perf_counter() - start)
 
 
 def _passed_on(weight: float) -> PassedOn:

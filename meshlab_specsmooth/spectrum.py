@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from meshlab_specsmooth.adapters import Mesh, accept_meshes, recognize
+from meshlab_specsmooth.choices import LaplacianKind
 from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.graph import blocks
 from meshlab_specsmooth.parameters import BANDS, check_count
@@ -16,7 +18,7 @@ from meshlab_specsmooth.surface import LARGEST_EXPONENT, Floats, check_extent
 
 # Defaults; those of the filter, in filters_xml/, are the same
 _BANDS = 64
-_LAPLACIAN = "uniform"
+_LAPLACIAN: LaplacianKind = "uniform"
 
 # Noise is flat over the modes and shape is not: beyond this eigenvalue (waves shorter than 2.9 edges) there is little
 # but noise on a mesh that resolves its shape
@@ -57,15 +59,17 @@ class Spectrum:
     method: str
 
 
+@accept_meshes
 def spectrum(
-    vertices: npt.ArrayLike, faces: npt.ArrayLike, *, bands: int = _BANDS, laplacian: str = _LAPLACIAN
+    mesh: Mesh, faces: npt.ArrayLike | None = None, *, bands: int = _BANDS, laplacian: LaplacianKind = _LAPLACIAN
 ) -> Spectrum:
     """Measure the spectrum of a surface.
 
     Parameters
     ----------
-    vertices : (n, 3) real array
-    faces : (m, 3) integer array
+    mesh : (n, 3) real array, or a mesh of any kind
+    faces : (m, 3) integer array, optional
+        As for :func:`meshlab_specsmooth.smooth`.
     bands : int
         Number of bands, equally wide in frequency; without effect up to 1000 vertices.
     laplacian : {"uniform", "cotangent"}
@@ -87,7 +91,8 @@ def spectrum(
     array([0. , 1. , 1. , 1. , 1.5, 1.5])
     """
     bands = check_count("bands", bands, *BANDS)
-    prepared = assemble(vertices, faces, laplacian)
+    source = recognize(mesh, faces)
+    prepared = assemble(source.vertices, source.faces, laplacian)
     if len(prepared.moving) == 0:
         raise InvalidParameter("a mesh without edges has no spectrum")
     check_extent(prepared.exponent, LARGEST_EXPONENT, "power, which is their square")

@@ -13,9 +13,10 @@ MODULES = sorted(PACKAGE.rglob("*.py"))
 # a room may use those before it
 ROOMS = [
     {"version", "errors", "memory", "processes"},
-    {"parameters"},
+    {"parameters", "choices"},
     {"xmltree", "descriptors"},
     {"surface"},
+    {"adapters"},
     {"graph", "welding"},
     {"patches", "triangles", "outliers"},
     {"response"},

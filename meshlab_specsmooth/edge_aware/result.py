@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
+from meshlab_specsmooth.adapters import Source, WithMesh
 from meshlab_specsmooth.noise import Noise
 from meshlab_specsmooth.surface import Floats
 
@@ -52,7 +53,7 @@ class Considered:
 
 
 @dataclass(frozen=True, eq=False)
-class EdgeAwareResult:
+class EdgeAwareResult(WithMesh):
     """The smoothed surface, and the evidence.
 
     Attributes
@@ -91,6 +92,8 @@ class EdgeAwareResult:
         Vertices that lie where another one does, and moved with it.
     outliers : (k,) int64
         Single stray vertices that were put where their neighbors expect them, where the setting was chosen.
+    source : Source or None
+        The mesh that was given, for ``mesh``.
     """
 
     vertices: Floats
@@ -112,3 +115,4 @@ class EdgeAwareResult:
     creases: int = 0
     welded: int = 0
     outliers: npt.NDArray[np.int64] = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    source: Source | None = field(default=None, repr=False)
