@@ -7,6 +7,7 @@ Arrays in, arrays out: :func:`smooth`, :func:`denoise`, :func:`smooth_edge_aware
 :class:`MeshSet`, or after :func:`register` as methods of pymeshlab's own.
 """
 
+from meshlab_specsmooth.bars import show_progress
 from meshlab_specsmooth.batch.many import batch
 from meshlab_specsmooth.batch.summary import BatchSummary
 from meshlab_specsmooth.batch.work import Outcome
@@ -16,6 +17,7 @@ from meshlab_specsmooth.bridge.measures import crossing_faces
 from meshlab_specsmooth.bridge.registry import MeshSet, register, unregister
 from meshlab_specsmooth.compare.comparison import Comparison
 from meshlab_specsmooth.compare.competitors import Competitor
+from meshlab_specsmooth.describe import draw_with as _draw_with
 from meshlab_specsmooth.edge_aware import EdgeAwareResult, denoise, smooth_edge_aware
 from meshlab_specsmooth.errors import (
     ClusterError,
@@ -34,12 +36,15 @@ from meshlab_specsmooth.errors import (
 from meshlab_specsmooth.estimation import ErrorEstimate, estimate_error, estimate_noise
 from meshlab_specsmooth.noise import Noise
 from meshlab_specsmooth.report.compared import compare
+from meshlab_specsmooth.report.thumbnails import draw as _draw
 from meshlab_specsmooth.smoothing import Prepared, SmoothingResult, enhance, low_pass, prepare, smooth
 from meshlab_specsmooth.spectrum import Spectrum, spectrum
 from meshlab_specsmooth.surface import Surface
 from meshlab_specsmooth.version import VERSION
 
 __version__ = VERSION
+
+_draw_with(_draw)  # what notebooks show of results
 
 __all__ = [
     *_filters.__all__,
@@ -78,6 +83,7 @@ __all__ = [
     "low_pass",
     "prepare",
     "register",
+    "show_progress",
     "smooth",
     "smooth_edge_aware",
     "spectrum",

@@ -37,6 +37,7 @@ from meshlab_specsmooth.operators import Gram
 from meshlab_specsmooth.patches import draw_sample
 from meshlab_specsmooth.reconstruction import passed_on
 from meshlab_specsmooth.spectral.design import design
+from meshlab_specsmooth.spectral.progress import Progress, announce
 from meshlab_specsmooth.surface import Booleans, Floats, Integers
 
 FAVORS = ("position", "normals")
@@ -136,6 +137,7 @@ def choose(
     responses: Sequence[str],
     shortest: float,
     counted: Booleans | None = None,
+    progress: Progress | None = None,
 ) -> Choice:
     """The barycentre weight, and the response, of least estimated error.
 
@@ -153,9 +155,13 @@ def choose(
         The shortest wave that the low-pass keeps, in mean edges.
     counted : (k,) bool, optional
         Vertices that have a say, where these are enough; all by default.
+    progress : callable, optional
+        Asked to show what begins.
     """
+    announce(progress, "measuring noise")
     on = part_of(positions, faces, L, counted)
     measured = measure(on)
+    announce(progress, "choosing")
     is_large = len(positions) > _LARGE
     noise = measured.noise
     if noise.is_left_alone:

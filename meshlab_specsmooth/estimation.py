@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from meshlab_specsmooth.describe import Described, Rows, format_length
 from meshlab_specsmooth.errors import FilterFailed, InvalidParameter
 from meshlab_specsmooth.graph import blocks
 from meshlab_specsmooth.memory import require
@@ -24,7 +25,7 @@ from meshlab_specsmooth.parameters import (
     show,
 )
 from meshlab_specsmooth.parts import estimate_level
-from meshlab_specsmooth.smoothing import assemble
+from meshlab_specsmooth.smoothing import Prepared, assemble
 from meshlab_specsmooth.surface import LARGEST_EXPONENT, Floats, Integers, Surface, check_extent
 
 # How far the probe moves vertices, as a share of the noise: small enough for a difference quotient, large enough for
@@ -75,13 +76,18 @@ def estimate_noise(vertices: npt.ArrayLike, faces: npt.ArrayLike) -> Noise:
     """
     mesh = assemble(vertices, faces, "uniform")
     with blocks.one_blas_thread():
-        rim = None if mesh.rim is None else mesh.rim.vertices
-        positions, _ = replace_outliers(mesh.positions, mesh.L, rim)
-        return estimate_level(positions, mesh.faces, mesh.L).scaled(mesh.exponent)
+        return noise_of(mesh).scaled(mesh.exponent)
 
 
-@dataclass(frozen=True, eq=False)
-class ErrorEstimate:
+def noise_of(mesh: Prepared) -> Noise:
+    """The noise of a mesh with the uniform Laplacian, in extents of the mesh: the same wherever a level is stated."""
+    rim = None if mesh.rim is None else mesh.rim.vertices
+    positions, _ = replace_outliers(mesh.positions, mesh.L, rim)
+    return estimate_level(positions, mesh.faces, mesh.L)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ErrorEstimate(Described):
     """What a filter is expected to have left of error, along the normals.
 
     Attributes
@@ -109,6 +115,25 @@ class ErrorEstimate:
     probes: int
     vertices: Floats
     risks: tuple[float, ...] = ()
+
+    @property
+    def summary(self) -> str:
+        """The error and the noise in a few words."""
+        return f"estimated error {self.noise.format_error(self.error)} edges; {self.noise.summary}"
+
+    def rows(self) -> Rows:
+        """What was found and done, and how far vertices moved."""
+        edge = self.noise.mean_edge
+        scatter = self.standard_error / (2 * self.error) if self.error > 0 else float("nan")
+        rows = [("estimated error", self.noise.describe_error(self.error))]
+        if np.isfinite(scatter) and scatter < self.error:
+            rows.append(("standard error", f"{format_length(scatter, edge)}, from the scatter of the probes"))
+        return [
+            *rows,
+            ("probes", str(self.probes)),
+            ("noise", self.noise.describe_level()),
+            ("mean edge", f"{edge:.4g}"),
+        ]
 
 
 def estimate_error(
@@ -271,7 +296,8 @@ def prepare_error(
     on = sheet(mesh.positions, mesh.faces)
     with blocks.one_blas_thread():
         found = measure(on)
-    taken, n = found.noise, found.normals
+        measured = noise_of(mesh) if noise is None else found.noise
+    taken, n = measured, found.normals
     if isinstance(noise, Noise):
         taken = _checked(noise, mesh.exponent)
     elif noise is not None:

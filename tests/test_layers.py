@@ -14,6 +14,7 @@ MODULES = sorted(PACKAGE.rglob("*.py"))
 ROOMS = [
     {"version", "errors", "memory", "processes", "start"},
     {"parameters"},
+    {"bars", "describe"},
     {"xmltree", "descriptors"},
     {"surface"},
     {"graph", "welding"},
@@ -24,6 +25,7 @@ ROOMS = [
     {"reconstruction"},
     {"region"},
     {"noise"},
+    {"sentences"},
     {"guard", "parts"},
     {"automatic"},
     {"smoothing"},
@@ -44,7 +46,7 @@ HOME = {
     "matplotlib": "report",
     "jinja2": "report",
     "polyscope": "report",
-    "tqdm": "cli",
+    "tqdm": "bars",
     "numba": "graph",
 }
 

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import numpy.typing as npt
 
+from meshlab_specsmooth.bars import begin
 from meshlab_specsmooth.edge_aware.denoising import FAVORS, denoised
 from meshlab_specsmooth.edge_aware.regions import region_of
 from meshlab_specsmooth.edge_aware.result import Considered, EdgeAwareResult, Setting
@@ -29,7 +30,6 @@ from meshlab_specsmooth.parameters import (
     check_count,
     check_flag,
     check_number,
-    check_progress,
 )
 from meshlab_specsmooth.spectral.progress import Progress
 from meshlab_specsmooth.surface import Surface
@@ -128,9 +128,10 @@ def smooth_edge_aware(
         None if barycenter_weight is None else check_barycenter_weight(barycenter_weight),
     )
     favor = check_choice("favor", favor, FAVORS)
+    progress = begin(progress, "assembling")
     surface = _surface(vertices, faces)
     region = region_of(surface, boundary, mask, features, feature_gain, creases)
-    return denoised(surface, favor, fixed, region, False, check_flag("weld", weld), check_progress(progress))
+    return denoised(surface, favor, fixed, region, False, check_flag("weld", weld), progress)
 
 
 def denoise(
@@ -173,9 +174,10 @@ def denoise(
     True
     """
     favor = check_choice("favor", favor, FAVORS)
+    progress = begin(progress, "assembling")
     surface = _surface(vertices, faces)
     region = region_of(surface, boundary, mask, features, feature_gain, creases)
-    return denoised(surface, favor, Fixed(), region, True, check_flag("weld", weld), check_progress(progress))
+    return denoised(surface, favor, Fixed(), region, True, check_flag("weld", weld), progress)
 
 
 def _surface(vertices: npt.ArrayLike, faces: npt.ArrayLike) -> Surface:
