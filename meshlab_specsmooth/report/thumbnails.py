@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -17,9 +18,12 @@ _Faces = npt.NDArray[np.integer]
 _PIXELS, _DPI = 260, 100
 _COLORS = 24
 
+# Along another axis than the third one, this times as much area must be seen for it to be looked along
+_MORE_SEEN = 1.5
+
 # More faces than these are thinned: they are smaller than a pixel
 _MOST_FACES = 20_000
-_CELLS = 64  # to a side of the grid that vertices are joined in
+_CELLS = 48  # to a side of the grid that vertices are joined in
 
 # As pictures of comparisons: seen from the front and a little from the right and above, lit from the upper left
 _EYE, _UP = np.array([0.25, 0.15, 1.0]), np.array([0.0, 1.0, 0.0])
@@ -52,7 +56,7 @@ def draw(pictured: Pictured) -> str:
     canvas = FigureCanvasAgg(figure)
     for axes, V, title in zip(figure.subplots(1, 2), (before, after), ("before", "after"), strict=True):
         corners, colors = shade(V, faces)
-        axes.add_collection(PolyCollection(list(corners), facecolors=colors, edgecolors="face", linewidths=0.2))
+        axes.add_collection(PolyCollection(corners, facecolors=colors, edgecolors="none", antialiaseds=False))
         axes.set(xlim=(-0.55, 0.55), ylim=(-0.55, 0.55), aspect="equal")
         axes.set_title(title, fontsize=8, pad=2)
         axes.axis("off")
@@ -70,17 +74,18 @@ def thin(before: _Array, after: _Array, faces: _Faces) -> tuple[_Array, _Array, 
 
     Vertices of a cell of a grid become one of them, not their mean, so that noise stays to be seen.
     """
-    used = np.unique(faces)
-    before, after = before[used], after[used]
-    faces = np.searchsorted(used, faces)
+    is_used = np.zeros(len(before), dtype=np.bool_)
+    is_used[faces] = True
+    before, after = before[is_used], after[is_used]
+    faces = (np.cumsum(is_used) - 1)[faces]
     if len(faces) == 0:
         return before, after, faces
     low, high = before.min(axis=0), before.max(axis=0)
     span = float((high / 2 - low / 2).max()) * 2
     center, unit = low / 2 + high / 2, span if 0 < span < np.inf else 1.0
-    # what is flat is looked at from above
-    turned = np.roll([0, 1, 2], 2 - int((high - low).argmin()))
-    before, after = ((X[:, turned] - center[turned]) / unit for X in (before, after))
+    before, after = ((X - center) / unit for X in (before, after))
+    turned = np.roll([0, 1, 2], 2 - _widest(before, faces))
+    before, after = before[:, turned], after[:, turned]
     if len(faces) > _MOST_FACES:
         cell = np.minimum(((before + 0.5) * _CELLS).astype(np.int64), _CELLS - 1) @ np.array([_CELLS**2, _CELLS, 1])
         _, first, number = np.unique(cell, return_index=True, return_inverse=True)
@@ -91,7 +96,14 @@ def thin(before: _Array, after: _Array, faces: _Faces) -> tuple[_Array, _Array, 
     return before, after, faces
 
 
-def shade(V: _Array, faces: _Faces) -> tuple[_Array, _Array]:
+def _widest(V: _Array, faces: _Faces) -> int:
+    """The axis to look along: the third one, unless much more is to be seen along another."""
+    seen = np.abs(np.cross(V[faces[:, 1]] - V[faces[:, 0]], V[faces[:, 2]] - V[faces[:, 0]])).sum(axis=0)
+    best = int(seen.argmax())
+    return best if seen[best] > _MORE_SEEN * seen[2] else 2
+
+
+def shade(V: _Array, faces: _Faces) -> tuple[Any, _Array]:
     """(m, 3, 2) corners in the plane of the picture, the farthest first, and (m, 3) colors of flat faces."""
     eye = _EYE / np.linalg.norm(_EYE)
     right = np.cross(_UP, eye)
