@@ -47,11 +47,11 @@ def run(arguments: argparse.Namespace) -> None:
         announce(progress, "writing")
         write(ms, arguments)
         crossing, new = crossed(vertices, meshset.pull(ms)[0], faces)
-    print(f"{arguments.output}: {report.summary}")
     print(
-        f"  {len(vertices)} vertices, moved by {format_length(report['displacement'], report['noise'].mean_edge)} "
-        f"(RMS), {report['seconds']:.2f} s"
+        f"{arguments.output}: {len(vertices)} vertices, moved by "
+        f"{format_length(report['displacement'], report['noise'].mean_edge)} (RMS), {report['seconds']:.2f} s"
     )
+    print(f"  {report.summary}")
     print(f"  {crossing} faces of it run through others, {new} that did not before; {report['flips']} are turned over")
     if report["warning"] is not None:
         notice(report["warning"])

@@ -45,11 +45,11 @@ def run(arguments: argparse.Namespace) -> None:
             report = filters.apply_coord_spectral_smoothing(ms, **given, progress=part(progress, 0.0, FILTERING))
         announce(progress, "writing")
         write(ms, arguments)
-    print(f"{arguments.output}: {report.summary}")
     print(
-        f"  {ms.current_mesh().vertex_number()} vertices, moved by "
+        f"{arguments.output}: {ms.current_mesh().vertex_number()} vertices, moved by "
         f"{format_length(report['displacement'], report['mean_edge'])} (RMS), {report['seconds']:.2f} s"
     )
+    print(f"  {report.summary}")
     print(
         f"  --barycenter-weight {report['barycenter_weight']:.4g} --response {name_of(report['response'])} "
         f"--wavelength {report['wavelength']:.4g} ({count_of(round(report['modes']), 'mode')} kept), residual "

@@ -16,7 +16,7 @@ from meshlab_specsmooth.bridge.parameters import PyMeshLabException, resolve
 from meshlab_specsmooth.cli.meshes import say_rounding
 from meshlab_specsmooth.cli.options import add_input, add_options, given_parameters
 from meshlab_specsmooth.cli.progress import bar
-from meshlab_specsmooth.describe import count_of, format_length
+from meshlab_specsmooth.describe import count_of, format_edges
 from meshlab_specsmooth.errors import FileError, InvalidParameter, MissingExtra
 from meshlab_specsmooth.report.spectrum_plot import spectrum_plot
 from meshlab_specsmooth.response import name_of, response
@@ -75,7 +75,8 @@ def run(arguments: argparse.Namespace) -> None:
     print(
         f"{arguments.input}: {ms.current_mesh().vertex_number()} vertices, mean edge {edge:.4g}; "
         f"{measured.noise.summary}\n"
-        f"noise floor: {format_length(measured.noise_floor, edge)} a coordinate, all that is short counted as noise\n"
+        f"noise floor {measured.noise_floor:.3g} a coordinate ({format_edges(measured.noise_floor, edge)} edges), "
+        "fine detail and uneven triangles included\n"
         f"filter: {chosen['response']}, {count_of(round(chosen['modes']), 'mode')}, waves longer than "
         f"{chosen['wavelength']:.4g}; barycenter weight {chosen['barycenter_weight']:.3g}\n"
         f"figures: {out / 'spectrum.json'}, {out / 'spectrum.csv'}"
