@@ -448,6 +448,7 @@ class Prepared:
         if len(self.moving) == 0:
             return self._nowhere(modes, wavelength, response, 0.0, start)
         low_pass = self._design(modes, wavelength, response, method, counting, None, designing)
+        announce(progress, "smoothing")
         displacement = low_pass.filter.apply(self.L, self.positions, progress) - self.positions
         if mask is not None:
             displacement *= blend(self.L, self._weights("mask", mask))

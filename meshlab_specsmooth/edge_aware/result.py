@@ -151,7 +151,10 @@ class EdgeAwareResult(Described):
         """The least error of the other filter, if it was tried: the edge-aware or the isotropic one."""
         others = [row.error for row in self.considered if row.setting.is_isotropic != taken.setting.is_isotropic]
         name = "edge-aware" if taken.setting.is_isotropic else "isotropic"
-        return f"; {name} {self.noise.format_error(min(others))}" if others else ""
+        if not others:
+            return ""
+        error = self.noise.format_error(min(others))
+        return f"; {name} {'as well' if error == self.noise.format_error(taken.error) else error}"
 
     def rows(self) -> Rows:
         """What was found and done, and how far vertices moved."""
