@@ -47,7 +47,7 @@ from meshlab_specsmooth.spectral.chebyshev import PassedOn
 from meshlab_specsmooth.spectral.cutoff import wavelength_in_edges
 from meshlab_specsmooth.spectral.density import Density
 from meshlab_specsmooth.spectral.design import Design, design, design_band, is_exact
-from meshlab_specsmooth.spectral.progress import Progress, announce, part, rising
+from meshlab_specsmooth.spectral.progress import Progress, announce, finish, part, rising
 from meshlab_specsmooth.surface import Booleans, Floats, Integers, Surface
 from meshlab_specsmooth.triangles import describe_lost, find_lost_vertices
 from meshlab_specsmooth.welding import find_copies
@@ -344,6 +344,7 @@ class Prepared:
                 },
             )
             result = self._smooth_automatically(automatic, mask, features, start, progress, began)
+            finish(progress)
             return _with_warning(result, _why_nothing_moves(mask, features, feature_gain))
         designing, progress = self._shares(method, progress)
         low_pass = self._design(modes, wavelength, response, method, counting, barycenter_weight, designing)
@@ -1250,6 +1251,7 @@ def smooth(
     )
     if barycenter_weight is not None:
         result = warn_of_change(prepared, result)
+    finish(progress)
     return replace(result, seconds=time.perf_counter() - start)
 
 
@@ -1305,6 +1307,7 @@ def low_pass(
         mask=mask,
         progress=part(progress, _ASSEMBLY, 1 - _ASSEMBLY),
     )
+    finish(progress)
     return replace(result, seconds=time.perf_counter() - start)
 
 
@@ -1363,6 +1366,7 @@ def enhance(
         features=features,
         progress=part(progress, _ASSEMBLY, 1 - _ASSEMBLY),
     )
+    finish(progress)
     return replace(result, seconds=time.perf_counter() - start)
 
 

@@ -161,7 +161,7 @@ def test_a_region_that_lets_nothing_move_is_said_once(name, words):
     assert "no vertex is a feature" in mss.enhance(*ROUGH, features=np.zeros(240)).warning
 
 
-# one level -------------------------------------------------------------------------------------------------------------
+# one level
 
 
 def strayed():
@@ -219,7 +219,7 @@ def test_one_level_by_every_road(tmp_path, capsys):
     assert written["noise"]["level"] == pytest.approx(expected.level, rel=1e-6)
 
 
-# pictures --------------------------------------------------------------------------------------------------------------
+# pictures
 
 
 def test_without_matplotlib_there_is_a_table_alone(monkeypatch, results):
@@ -258,7 +258,7 @@ def test_words_are_escaped():
     assert "<script>" not in describe_html("<script>", [("<script>", "<script>")])
 
 
-# bars ------------------------------------------------------------------------------------------------------------------
+# bars
 
 
 def in_notebook(monkeypatch, stream):
@@ -298,6 +298,15 @@ def test_a_notebook_has_bars_without_a_callback_and_scripts_have_none(monkeypatc
     assert shown.getvalue() == ""
     with pytest.raises(mss.InvalidParameter, match="shown is 2"):
         mss.show_progress(2)
+
+
+@pytest.mark.parametrize("call", [mss.smooth, mss.denoise, mss.smooth_edge_aware])
+@pytest.mark.parametrize("mesh", [torus(20, 12), torus(8, 5), FLAT], ids=["clean", "few", "flat"])
+def test_the_fraction_rises_to_one_where_nothing_is_done(call, mesh):
+    fractions = []
+    call(*mesh, progress=fractions.append)
+    assert fractions == sorted(fractions)
+    assert fractions[-1] == 1.0
 
 
 def test_a_bar_goes_when_a_call_fails(monkeypatch):

@@ -31,7 +31,7 @@ from meshlab_specsmooth.parameters import (
     check_flag,
     check_number,
 )
-from meshlab_specsmooth.spectral.progress import Progress
+from meshlab_specsmooth.spectral.progress import Progress, finish
 from meshlab_specsmooth.surface import Surface
 
 STARTS = ("auto", "given", "smoothed")
@@ -131,7 +131,9 @@ def smooth_edge_aware(
     progress = begin(progress, "assembling")
     surface = _surface(vertices, faces)
     region = region_of(surface, boundary, mask, features, feature_gain, creases)
-    return denoised(surface, favor, fixed, region, False, check_flag("weld", weld), progress)
+    result = denoised(surface, favor, fixed, region, False, check_flag("weld", weld), progress)
+    finish(progress)
+    return result
 
 
 def denoise(
@@ -177,7 +179,9 @@ def denoise(
     progress = begin(progress, "assembling")
     surface = _surface(vertices, faces)
     region = region_of(surface, boundary, mask, features, feature_gain, creases)
-    return denoised(surface, favor, Fixed(), region, True, check_flag("weld", weld), progress)
+    result = denoised(surface, favor, Fixed(), region, True, check_flag("weld", weld), progress)
+    finish(progress)
+    return result
 
 
 def _surface(vertices: npt.ArrayLike, faces: npt.ArrayLike) -> Surface:

@@ -15,6 +15,12 @@ def announce(progress: Progress | None, stage: str) -> None:
         say(stage)
 
 
+def finish(progress: Progress | None) -> None:
+    """Report that all is done, whatever way it went."""
+    if progress is not None:
+        progress(1.0)
+
+
 def part(progress: Progress | None, start: float, share: float) -> Progress | None:
     """A callback for a part of the work, which runs from ``start`` over ``share`` of the whole."""
     return None if progress is None else _Part(progress, start, share)
