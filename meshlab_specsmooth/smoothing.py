@@ -604,7 +604,14 @@ class Prepared:
         else:
             shortest = self._in_edges("wavelength", wavelength, DEFAULT_WAVELENGTH_IN_EDGES)
         choice = choose(
-            self.positions, faces, self.L, automatic.favor, automatic.responses, shortest, counted, progress
+            self.positions,
+            faces,
+            self.L,
+            automatic.favor,
+            automatic.responses,
+            shortest,
+            counted,
+            part(progress, 0.0, _CHOICE),
         )
         start = self.positions
         if choice.noise.kind == IMPULSE:

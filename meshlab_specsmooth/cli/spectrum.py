@@ -32,8 +32,8 @@ _SHOWN = ("modes", "wavelength", "response", "barycenter_weight")
 
 SUMMARY = "show how shape, detail and noise are spread over frequencies"
 DESCRIPTION = """Measures the power spectrum of the coordinates and of the differential coordinates, the density of
-modes, the noise and the noise floor, and draws what a filter would keep of them: the one that `specsmooth smooth` would apply
-with these options. Writes spectrum.json, spectrum.csv and spectrum.png."""
+modes, the noise and the noise floor, and draws what a filter would keep of them: the one that `specsmooth smooth`
+would apply with these options. Writes spectrum.json, spectrum.csv and spectrum.png."""
 EXAMPLES = """examples:
   specsmooth spectrum scan.ply
   specsmooth spectrum scan.ply --out /tmp/scan --bands 128
