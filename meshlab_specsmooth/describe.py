@@ -64,6 +64,18 @@ class Described:
         return describe_html(self.summary, self.rows(), self.pictured())
 
 
+class Sentence(Described):
+    """A result of which there is no more to say than its summary."""
+
+    def __init__(self, summary: str) -> None:
+        self._summary = summary
+
+    @property
+    def summary(self) -> str:
+        """The sentence."""
+        return self._summary
+
+
 class Report(dict[str, Any]):
     """What a filter returns on a MeshSet: a dict, which prints short.
 
@@ -71,26 +83,25 @@ class Report(dict[str, Any]):
     ----------
     values : mapping
         The entries of the dict.
-    summary : str
-        In a sentence.
-    rows : sequence of (str, str)
-        What is shown below; a warning among the entries comes after them.
-    pictured : tuple, optional
-        Vertices before and after, and faces, for a notebook.
+    described : Described
+        What is shown of them. The entries ``warning`` and ``seconds`` may change afterwards.
     """
 
-    def __init__(
-        self, values: Mapping[str, Any], summary: str, rows: Rows = (), pictured: Pictured | None = None
-    ) -> None:
+    def __init__(self, values: Mapping[str, Any], described: Described) -> None:
         super().__init__(values)
-        self.summary = summary
-        self._shown = tuple(rows)
-        self._before_and_after = pictured
+        self._described = described
+
+    @property
+    def summary(self) -> str:
+        """The result in a sentence."""
+        return self._described.summary
 
     def rows(self) -> Rows:
         """What is shown below the summary."""
-        warning = self.get("warning")
-        return self._shown if warning is None else (*self._shown, ("warning", warning))
+        rows = [row for row in self._described.rows() if row[0] not in ("time", "warning")]
+        if self.get("seconds") is not None:
+            rows.append(("time", f"{self['seconds']:.2f} s"))
+        return rows if self.get("warning") is None else [*rows, ("warning", self["warning"])]
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__}: {self.summary}>"
@@ -99,7 +110,7 @@ class Report(dict[str, Any]):
         return describe_block(self.summary, self.rows())
 
     def _repr_html_(self) -> str:
-        return describe_html(self.summary, self.rows(), self._before_and_after)
+        return describe_html(self.summary, self.rows(), self._described.pictured())
 
 
 def describe_block(summary: str, rows: Rows) -> str:

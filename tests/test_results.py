@@ -14,9 +14,9 @@ import pytest
 import meshlab_specsmooth as mss
 from meshlab_specsmooth import bars
 from meshlab_specsmooth.batch.work import Outcome
-from meshlab_specsmooth.bridge import files, meshset
+from meshlab_specsmooth.bridge import files, filters, meshset
 from meshlab_specsmooth.cli import main
-from meshlab_specsmooth.describe import Report, describe_html, format_edges
+from meshlab_specsmooth.describe import Report, Sentence, describe_html, format_edges
 from meshlab_specsmooth.report import thumbnails
 from meshlab_specsmooth.spectral.progress import announce, part, rising
 from tests.meshes import box, noisy, together, torus
@@ -99,7 +99,7 @@ def test_a_report_is_a_dict(results):
 
 
 def test_a_warning_that_comes_later_is_shown():
-    report = Report({"warning": None}, "done", [("moved", "0")])
+    report = Report({"warning": None}, Sentence("done"))
     report["warning"] = "82 of 100 faces are selected"
     assert str(report).splitlines()[-1] == "  warning  82 of 100 faces are selected"
 
@@ -367,3 +367,10 @@ def test_an_estimate_that_is_not_a_number_is_not_shown(results):
 
 def test_a_box_is_taken_by_its_edges():
     assert mss.denoise(*noisy(box(8), 0.2)).summary.startswith("took ")
+
+
+def test_a_report_of_a_large_mesh_keeps_no_surfaces(monkeypatch):
+    monkeypatch.setattr(filters, "_MOST_PICTURED", 100)
+    report = mss.apply_coord_spectral_smoothing(meshset.new(*ROUGH))
+    assert "<img" not in report._repr_html_()
+    assert report.summary.startswith("isotropic, barycenter weight")

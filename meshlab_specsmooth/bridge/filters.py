@@ -28,7 +28,7 @@ from meshlab_specsmooth.bridge import scripts
 from meshlab_specsmooth.bridge.creases import selected_edges
 from meshlab_specsmooth.bridge.meshset import Change, by_place, check_finite, in_one_pass, pull, verbosity_of, write
 from meshlab_specsmooth.bridge.parameters import RefusedParameter, resolve
-from meshlab_specsmooth.describe import Report, format_edges, format_length
+from meshlab_specsmooth.describe import Report, Sentence, format_edges, format_length
 from meshlab_specsmooth.descriptors import Descriptor
 from meshlab_specsmooth.edge_aware import EdgeAwareResult, denoise, smooth_edge_aware
 from meshlab_specsmooth.errors import InvalidParameter
@@ -304,7 +304,7 @@ def compute_scalar_by_spectral_displacement(
         f"displacement along the normals: {format_length(rms, edge)} (RMS), from {format_edges(low, edge)} to "
         f"{format_edges(high, edge)}; {result.summary}"
     )
-    return Report({"rms": rms, "min": low, "max": high}, summary), Change(quality=quality)
+    return Report({"rms": rms, "min": low, "max": high}, Sentence(summary)), Change(quality=quality)
 
 
 @mesh_filter
@@ -326,7 +326,7 @@ def get_spectrum(ms: pymeshlab.MeshSet, values: dict[str, Any], progress: Progre
     True
     """  # noqa: D205 (what it does stands in the descriptor)
     found = spectrum(*pull(ms), **values)
-    return Report(vars(found), found.summary, found.rows()), Change()
+    return Report(vars(found), found), Change()
 
 
 def _moved(
@@ -354,9 +354,9 @@ def _moved_by_normals(
 def _report(result: SmoothingResult | EdgeAwareResult) -> Report:
     """All fields but the surfaces, as a dict."""
     evidence = {name: value for name, value in vars(result).items() if name not in _SURFACES}
-    is_small = len(result.vertices) <= _MOST_PICTURED
-    rows = [row for row in result.rows() if row[0] != "warning"]
-    return Report(evidence, result.summary, rows, result.pictured() if is_small else None)
+    if len(result.vertices) > _MOST_PICTURED:
+        result = replace(result, vertices=np.empty((0, 3)), given=None)
+    return Report(evidence, result)
 
 
 def _creases_of(ms: pymeshlab.MeshSet, source: str, angle: float) -> Integers | float | None:
