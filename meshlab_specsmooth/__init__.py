@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING
 from meshlab_specsmooth.version import VERSION
 
 if TYPE_CHECKING:
+    from meshlab_specsmooth.bars import show_progress
     from meshlab_specsmooth.batch.many import batch
     from meshlab_specsmooth.batch.summary import BatchSummary
     from meshlab_specsmooth.batch.work import Outcome
@@ -69,6 +70,7 @@ __version__ = VERSION
 
 # The same names as above, for the interpreter
 _NAMES = {
+    "bars": ("show_progress",),
     "batch.many": ("batch",),
     "batch.summary": ("BatchSummary",),
     "batch.work": ("Outcome",),
@@ -182,6 +184,7 @@ __all__ = [
     "low_pass",
     "prepare",
     "register",
+    "show_progress",
     "smooth",
     "smooth_edge_aware",
     "spectrum",

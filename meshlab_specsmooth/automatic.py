@@ -12,6 +12,7 @@ and for noise of any distribution.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
@@ -37,6 +38,7 @@ from meshlab_specsmooth.operators import Gram
 from meshlab_specsmooth.patches import draw_sample
 from meshlab_specsmooth.reconstruction import passed_on
 from meshlab_specsmooth.spectral.design import design
+from meshlab_specsmooth.spectral.progress import Progress, announce, part
 from meshlab_specsmooth.surface import Booleans, Floats, Integers
 
 FAVORS = ("position", "normals")
@@ -47,6 +49,9 @@ _NORMALS = 1.4
 # Weights are looked at in steps of this factor from the first guess, downhill, until the error rises; a parabola
 # through the last three has the least
 _FACTOR, _STEPS = 2.0, 7
+
+# Of the time of a choice, the share that the measuring takes, and what each weight leaves of the rest
+_MEASURING, _LEFT = 0.25, 0.75
 
 # The low-pass is computed for weights down to the first guess over this, and to this share of the displacement
 _FINEST, _TOLERANCE = 4.0, 2.5e-3
@@ -136,6 +141,7 @@ def choose(
     responses: Sequence[str],
     shortest: float,
     counted: Booleans | None = None,
+    progress: Progress | None = None,
 ) -> Choice:
     """The barycentre weight, and the response, of least estimated error.
 
@@ -153,9 +159,15 @@ def choose(
         The shortest wave that the low-pass keeps, in mean edges.
     counted : (k,) bool, optional
         Vertices that have a say, where these are enough; all by default.
+    progress : callable, optional
+        Called with the fraction done; how many weights will be looked at is not known before.
     """
+    announce(progress, "measuring noise")
     on = part_of(positions, faces, L, counted)
     measured = measure(on)
+    if progress is not None:
+        progress(_MEASURING)
+    announce(progress, "choosing")
     is_large = len(positions) > _LARGE
     noise = measured.noise
     if noise.is_left_alone:
@@ -164,11 +176,22 @@ def choose(
         on = sheet(robust(on.positions, on.faces, on.L, on.gram), on.faces)
         measured = measure(on)
     low_passes = [LowPass(name, shortest) for name in (responses[:1] if is_large else responses)]
-    choices = [choose_on(on, measured, favor, low_pass, is_large) for low_pass in low_passes]
+    share = (1 - _MEASURING) / len(low_passes)
+    choices = [
+        choose_on(on, measured, favor, low_pass, is_large, part(progress, _MEASURING + i * share, share))
+        for i, low_pass in enumerate(low_passes)
+    ]
     return replace(min(choices, key=lambda choice: choice.risk), noise=noise)
 
 
-def choose_on(on: Sheet, measured: Measured, favor: str, low_pass: LowPass, is_large: bool = False) -> Choice:
+def choose_on(
+    on: Sheet,
+    measured: Measured,
+    favor: str,
+    low_pass: LowPass,
+    is_large: bool = False,
+    progress: Progress | None = None,
+) -> Choice:
     """The same for a sheet whose noise is known, which stands for a large mesh or not."""
     found, n = measured.noise, measured.normals
     if found.level <= _NOTHING * on.mean_edge:
@@ -182,12 +205,15 @@ def choose_on(on: Sheet, measured: Measured, favor: str, low_pass: LowPass, is_l
     least_weight = max(guess / (_NORMALS if favor == "normals" else 1.0), lowest) if is_large else LEAST_WEIGHT
     removed = low_pass.removing(on, lowest)
     of_shape, of_noise = removed(on.positions), removed(z)
+    looked_at = itertools.count(1)
 
     def risk(log_weight: float) -> float:
         weight = float(np.exp(log_weight))
         shape = rebuilt(on.L, on.gram, on.positions, weight, of_shape, OFF)
         noise = rebuilt(on.L, on.gram, z, weight, of_noise, OFF)
         moved = ((shape - on.positions) * n).sum(axis=1)[inner]
+        if progress is not None:
+            progress(1 - _LEFT ** next(looked_at))
         return float((moved**2).mean()) - energy + 2 * float((z * noise)[inner].mean())
 
     log_weight, least = _least(risk, float(np.log(guess)), _ALIKE if favor == "position" else 0.0, least_weight)

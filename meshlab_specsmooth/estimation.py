@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from meshlab_specsmooth.adapters import Mesh, accept_meshes, recognize
+from meshlab_specsmooth.describe import Described, Rows, format_length
 from meshlab_specsmooth.errors import FilterFailed, InvalidParameter
 from meshlab_specsmooth.graph import blocks
 from meshlab_specsmooth.memory import require
@@ -25,7 +26,7 @@ from meshlab_specsmooth.parameters import (
     show,
 )
 from meshlab_specsmooth.parts import estimate_level
-from meshlab_specsmooth.smoothing import assemble
+from meshlab_specsmooth.smoothing import Prepared, assemble
 from meshlab_specsmooth.surface import LARGEST_EXPONENT, Floats, Integers, Surface, check_extent
 
 # How far the probe moves vertices, as a share of the noise: small enough for a difference quotient, large enough for
@@ -79,13 +80,18 @@ def estimate_noise(mesh: Mesh, faces: npt.ArrayLike | None = None) -> Noise:
     source = recognize(mesh, faces)
     made = assemble(source.vertices, source.faces, "uniform")
     with blocks.one_blas_thread():
-        rim = None if made.rim is None else made.rim.vertices
-        positions, _ = replace_outliers(made.positions, made.L, rim)
-        return estimate_level(positions, made.faces, made.L).scaled(made.exponent)
+        return noise_of(made).scaled(made.exponent)
 
 
-@dataclass(frozen=True, eq=False)
-class ErrorEstimate:
+def noise_of(mesh: Prepared) -> Noise:
+    """The noise of a mesh with the uniform Laplacian, in extents of the mesh: the same wherever a level is stated."""
+    rim = None if mesh.rim is None else mesh.rim.vertices
+    positions, _ = replace_outliers(mesh.positions, mesh.L, rim)
+    return estimate_level(positions, mesh.faces, mesh.L)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ErrorEstimate(Described):
     """What a filter is expected to have left of error, along the normals.
 
     Attributes
@@ -113,6 +119,25 @@ class ErrorEstimate:
     probes: int
     vertices: Floats
     risks: tuple[float, ...] = ()
+
+    @property
+    def summary(self) -> str:
+        """The error and the noise in a few words."""
+        return f"estimated error {self.noise.format_error(self.error)} edges; {self.noise.summary}"
+
+    def rows(self) -> Rows:
+        """What was found and done, and how far vertices moved."""
+        edge = self.noise.mean_edge
+        scatter = self.standard_error / (2 * self.error) if self.error > 0 else float("nan")
+        rows = [("estimated error", self.noise.describe_error(self.error))]
+        if np.isfinite(scatter) and scatter < self.error:
+            rows.append(("standard error", f"{format_length(scatter, edge)}, from the scatter of the probes"))
+        return [
+            *rows,
+            ("probes", str(self.probes)),
+            ("noise", self.noise.describe_level()),
+            ("mean edge", f"{edge:.4g}"),
+        ]
 
 
 @accept_meshes
@@ -278,7 +303,8 @@ def prepare_error(
     on = sheet(mesh.positions, mesh.faces)
     with blocks.one_blas_thread():
         found = measure(on)
-    taken, n = found.noise, found.normals
+        measured = noise_of(mesh) if noise is None else found.noise
+    taken, n = measured, found.normals
     if isinstance(noise, Noise):
         taken = _checked(noise, mesh.exponent)
     elif noise is not None:

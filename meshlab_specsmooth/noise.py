@@ -18,6 +18,7 @@ import numpy as np
 from scipy.sparse import csr_array, eye_array
 from scipy.special import ndtr
 
+from meshlab_specsmooth.describe import Described, Rows, format_bound, format_edges, format_length
 from meshlab_specsmooth.graph.build import of_mesh
 from meshlab_specsmooth.graph.laplacian import Laplacian, laplacian
 from meshlab_specsmooth.operators import Gram, gram_of_barycenters
@@ -103,8 +104,8 @@ _SPREAD = 1.25
 _SYSTEMATIC = 0.03
 
 
-@dataclass(frozen=True, eq=False)
-class Noise:
+@dataclass(frozen=True, eq=False, repr=False)
+class Noise(Described):
     """How much noise, of what kind, and the evidence. Lengths are in mesh units.
 
     Attributes
@@ -196,10 +197,52 @@ class Noise:
             return self.high
         return float(np.sqrt(self.level * (self.high - self.level)))
 
-    def told(self, error: float) -> str:
-        """An estimated error in words, in mean edges."""
-        edge = self.mean_edge or 1.0
-        return f"at most {self.resolution / edge:.3f}" if error < self.resolution else f"{error / edge:.3f}"
+    @property
+    def level_in_edges(self) -> float:
+        """The level in mean edges of the mesh as given; 0 where no edge has a length."""
+        return self.level / self.mean_edge if self.mean_edge else 0.0
+
+    def format_error(self, error: float) -> str:
+        """An estimated error in words, in mean edges: "at most" where it cannot be told from none, and never 0."""
+        if not error > self.resolution:
+            return format_bound(self.resolution, self.mean_edge)
+        return format_edges(error, self.mean_edge)
+
+    def describe_error(self, error: float) -> str:
+        """The same with the unit, and in mesh units."""
+        return f"{self.format_error(error)} edges ({max(error, self.resolution):.3g})"
+
+    @property
+    def summary(self) -> str:
+        """Kind and level in a few words."""
+        if self.kind == NONE:
+            return f"no noise (below {100 * NEGLIGIBLE:g} % of an edge)"
+        if self.kind == UNCLEAR:
+            return f"noise cannot be told from shape: {self.reason}"
+        return f"noise {self.describe_level()}"
+
+    def describe_level(self) -> str:
+        """Kind and level without a verb, for tables."""
+        if self.kind == NONE:
+            return f"none (below {100 * NEGLIGIBLE:g} % of an edge)"
+        if self.kind == UNCLEAR:
+            return f"unclear: {self.reason}"
+        return f"{self.kind} {format_length(self.level, self.mean_edge)}"
+
+    def rows(self) -> Rows:
+        """Kind, level and what is known besides."""
+        edge = self.mean_edge
+        rows = [("kind", self.kind), ("level", format_length(self.level, edge))]
+        if self.kind == UNCLEAR:
+            rows[1:] = [("level", f"{format_bound(self.high, edge)} edges ({self.high:.3g})")]
+        elif self.kind != NONE:
+            rows.append(("interval", f"{format_edges(self.low, edge)} to {format_length(self.high, edge)}"))
+        if self.shared:
+            rows.append(("shared", f"{format_length(self.shared, edge)} of it between neighbors"))
+        if self.hit < 1:
+            rows.append(("hit", f"{100 * self.hit:.3g} % of the vertices"))
+        rows.append(("mean edge", f"{edge:.4g}"))
+        return rows if self.warning is None else [*rows, ("warning", self.warning)]
 
     def scaled(self, exponent: int, factor: float = 1.0) -> Noise:
         """The same noise with lengths times ``factor`` 2^exponent."""

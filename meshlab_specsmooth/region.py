@@ -21,6 +21,7 @@ BLENDING_RINGS = 4
 
 # Why nothing moves
 NOTHING_SELECTED = "nothing is selected, so nothing moves: select something, or do not restrict the filter to it"
+NO_FEATURES = "no vertex is a feature, so nothing is enhanced and nothing moves"
 ALL_KEPT = "all vertices are features that are kept, so nothing moves"
 
 

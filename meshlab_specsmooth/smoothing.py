@@ -13,7 +13,9 @@ import numpy.typing as npt
 
 from meshlab_specsmooth.adapters import Mesh, Source, WithMesh, accept_meshes, recognize
 from meshlab_specsmooth.automatic import FAVORS, Choice, across_the_rim, choose, drifts, robust, without_drift
+from meshlab_specsmooth.bars import begin
 from meshlab_specsmooth.choices import AnyResponse, Boundary, Counting, Favor, LaplacianKind, Method, Response
+from meshlab_specsmooth.describe import Described, Pictured, Rows, count_of, format_length
 from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.graph import blocks, order
 from meshlab_specsmooth.graph.build import of_mesh
@@ -39,14 +41,15 @@ from meshlab_specsmooth.parameters import (
 )
 from meshlab_specsmooth.parts import Part, describe_left_alone, describe_levels, label_components, split
 from meshlab_specsmooth.reconstruction import Constraints, Solution, passed_on, solve
-from meshlab_specsmooth.region import BOUNDARIES, Rim, blend, rim
+from meshlab_specsmooth.region import ALL_KEPT, BOUNDARIES, NO_FEATURES, NOTHING_SELECTED, Rim, blend, rim
 from meshlab_specsmooth.response import RESPONSES
+from meshlab_specsmooth.sentences import describe_strays, describe_unmoved, moved_rows
 from meshlab_specsmooth.spectral import SpectralFilter, density, eigenbasis
 from meshlab_specsmooth.spectral.chebyshev import PassedOn
 from meshlab_specsmooth.spectral.cutoff import wavelength_in_edges
 from meshlab_specsmooth.spectral.density import Density
 from meshlab_specsmooth.spectral.design import Design, design, design_band, is_exact
-from meshlab_specsmooth.spectral.progress import Progress, part, rising
+from meshlab_specsmooth.spectral.progress import Progress, announce, finish, part, rising
 from meshlab_specsmooth.surface import Booleans, Floats, Integers, Surface
 from meshlab_specsmooth.triangles import describe_lost, find_lost_vertices
 from meshlab_specsmooth.welding import find_copies
@@ -78,6 +81,9 @@ _WORTH_A_WARNING = 0.02
 
 # Share of the time of a call that goes into what does not depend on the parameters
 _ASSEMBLY = 0.25
+
+# Share of what remains that the choice of a weight takes
+_CHOICE = 0.6
 
 # How far the polynomial may put the displacement of any mode off, relative to the mode's differential coordinates,
 # which are of the displacement's size; and that of a plain low-pass, relative to positions, which are up to a thousand
@@ -115,8 +121,8 @@ _DIFFERENT_IN_EDGES = (1e-30, 1e30)
 Change = Callable[[Laplacian, SpectralFilter, Floats, Progress | None, list[Floats]], Floats]
 
 
-@dataclass(frozen=True, eq=False)
-class SmoothingResult(WithMesh):
+@dataclass(frozen=True, eq=False, repr=False)
+class SmoothingResult(WithMesh, Described):
     """The smoothed surface, and the evidence.
 
     Attributes
@@ -168,6 +174,8 @@ class SmoothingResult(WithMesh):
         Single stray vertices that were put where their neighbors expect them, where the weight was chosen.
     source : Source or None
         The mesh that was given, for ``mesh``.
+    given : Surface or None
+        The input, for a notebook's picture of before and after.
     """
 
     vertices: Floats
@@ -194,6 +202,37 @@ class SmoothingResult(WithMesh):
     welded: int = 0
     outliers: npt.NDArray[np.int64] = field(default_factory=lambda: np.empty(0, dtype=np.int64))
     source: Source | None = field(default=None, repr=False)
+    given: Surface | None = None
+
+    @property
+    def summary(self) -> str:
+        """What was done, and why, in a sentence."""
+        if self.displacement == 0:
+            return describe_unmoved(self.noise, self.warning)
+        weight = f"isotropic, barycenter weight {self.barycenter_weight:.3g}"
+        if self.noise is None or self.estimated_error is None:
+            filter_ = weight if self.barycenter_weight else "low-pass of the coordinates"
+            return f"{filter_} as given; moved by {format_length(self.displacement, self.mean_edge)}"
+        if self.noise.is_left_alone:
+            return describe_strays(self.noise, len(self.outliers))
+        error = self.noise.format_error(self.estimated_error)
+        return f"{weight} by estimated error {error} edges; {self.noise.summary}"
+
+    def rows(self) -> Rows:
+        """What was found and done, and how far vertices moved."""
+        edge, rows = self.mean_edge, []
+        if self.noise is not None and self.estimated_error is not None:
+            rows.append(("noise", self.noise.describe_level()))
+            if not self.noise.is_left_alone:
+                rows.append(("estimated error", self.noise.describe_error(self.estimated_error)))
+        kept = f"{format_length(self.wavelength, edge)}, {count_of(round(self.modes), 'mode')}"
+        rows += [("response", f"{self.response}, keeps waves longer than {kept}")]
+        strays, seconds = len(self.outliers), self.seconds
+        return [*rows, *moved_rows(self.displacement, edge, strays, self.welded, seconds, self.warning)]
+
+    def pictured(self) -> Pictured | None:
+        """Before and after."""
+        return None if self.given is None else (self.given.vertices, self.vertices, self.given.faces)
 
 
 _Smoother = TypeVar("_Smoother", bound=Callable[..., SmoothingResult])
@@ -330,7 +369,9 @@ class Prepared:
                     "feature_gain": feature_gain,
                 },
             )
-            return self._smooth_automatically(automatic, mask, features, start, progress, began)
+            result = self._smooth_automatically(automatic, mask, features, start, progress, began)
+            finish(progress)
+            return _with_warning(result, _why_nothing_moves(mask, features, feature_gain))
         designing, progress = self._shares(method, progress)
         low_pass = self._design(modes, wavelength, response, method, counting, barycenter_weight, designing)
         longest = wavelength_in_edges(low_pass.cutoff.eigenvalue)
@@ -357,7 +398,7 @@ class Prepared:
         result = self._run(removed, low_pass, along, region, barycenter_weight, passes, began, progress, guess)
         if modes is None:
             result = _with_warning(result, _warning_of(low_pass, len(self.moving)))
-        return result
+        return _with_warning(result, _why_nothing_moves(mask, features, feature_gain))
 
     @_of_its_source
     @blocks.one_blas_thread()
@@ -413,7 +454,9 @@ class Prepared:
         along = self._along_rim(
             boundary, lambda L, scale: band_pass(L, scale, _passed_on_by_a_curve(barycenter_weight))
         )
-        return self._run(added, across, along, region, barycenter_weight, 1, start, progress)
+        result = self._run(added, across, along, region, barycenter_weight, 1, start, progress)
+        note = NO_FEATURES if features is not None and not np.any(features) else None
+        return _with_warning(result, _why_nothing_moves(mask, None, 0.0) or note)
 
     @_of_its_source
     @blocks.one_blas_thread()
@@ -434,10 +477,12 @@ class Prepared:
         if len(self.moving) == 0:
             return self._nowhere(modes, wavelength, response, 0.0, start)
         low_pass = self._design(modes, wavelength, response, method, counting, None, designing)
+        announce(progress, "smoothing")
         displacement = low_pass.filter.apply(self.L, self.positions, progress) - self.positions
         if mask is not None:
             displacement *= blend(self.L, self._weights("mask", mask))
-        return self._result(displacement, low_pass, 0.0, [], start)
+        result = self._result(displacement, low_pass, 0.0, [], start)
+        return _with_warning(result, _why_nothing_moves(mask, None, 0.0))
 
     def _smooth_automatically(
         self,
@@ -458,8 +503,10 @@ class Prepared:
         boundary = automatic.given["boundary"]
         region = self._region(boundary, mask, 1.0)
         base, outliers = self._without_outliers(region)
-        chosen = base._choose(automatic, mask)
-        noise = chosen.choice.noise
+        chosen = base._choose(automatic, mask, progress)
+        if progress is not None:
+            progress(_CHOICE)
+        progress, noise = part(progress, _CHOICE, 1 - _CHOICE), chosen.choice.noise
         if noise.kind == UNCLEAR:  # then strays cannot be told from shape either
             base, outliers = self, outliers[:0]
         if noise.is_left_alone:
@@ -555,6 +602,7 @@ class Prepared:
                 outliers=np.sort(np.concatenate([self.moving[p.vertices[r.outliers]] for p, r in results])),
                 warning=None,
                 seconds=time.perf_counter() - began,
+                given=self.surface,
             ),
             *self.doubts,
             describe_levels([r.noise for _, r in results if r.noise is not None]),
@@ -572,7 +620,7 @@ class Prepared:
         repaired[outliers] = positions[outliers]
         return replace(self, positions=repaired), outliers
 
-    def _choose(self, automatic: _Automatic, mask: npt.ArrayLike | None) -> _Chosen:
+    def _choose(self, automatic: _Automatic, mask: npt.ArrayLike | None, progress: Progress | None) -> _Chosen:
         """The weight of least estimated error, and where to start from: impulses drawn in, a noisy rim smoothed."""
         faces, boundary = self.faces, automatic.given["boundary"]
         counted = None if mask is None else self._weights("mask", mask)[:, 0] > 0
@@ -583,7 +631,16 @@ class Prepared:
             shortest = wavelength_in_edges(cutoff.cutoff.eigenvalue)
         else:
             shortest = self._in_edges("wavelength", wavelength, DEFAULT_WAVELENGTH_IN_EDGES)
-        choice = choose(self.positions, faces, self.L, automatic.favor, automatic.responses, shortest, counted)
+        choice = choose(
+            self.positions,
+            faces,
+            self.L,
+            automatic.favor,
+            automatic.responses,
+            shortest,
+            counted,
+            part(progress, 0.0, _CHOICE),
+        )
         start = self.positions
         if choice.noise.kind == IMPULSE:
             start = robust(start, faces, self.L, self.gram)
@@ -720,6 +777,7 @@ class Prepared:
             displacement=0.0,
             kernels=self.L.kernels.name,
             seconds=time.perf_counter() - began,
+            given=self.surface,
             noise=nothing(0.0),
             estimated_error=0.0,
             warning=_joined(*self.doubts),
@@ -749,6 +807,7 @@ class Prepared:
         """The three steps, on the boundary curve first if it is smoothed by itself."""
         spare, displacement = blocks.take_spare(self.spare), np.zeros((1, 1))
         solutions = []
+        announce(progress, "smoothing")
         # an iteration of the least squares takes as long as three sweeps, and they are some seven over the weight
         sweeping = across.filter.degree / (across.filter.degree + 3 * (7 / min(weight, 1.0) + 2))
         for number in range(passes):
@@ -948,6 +1007,7 @@ class Prepared:
             seconds=time.perf_counter() - start,
             warning=_joined(*self.doubts),
             welded=self.welded,
+            given=self.surface,
         )
 
 
@@ -1022,6 +1082,7 @@ def assemble(
     """What every run needs, and nothing that only saves time when there are many: see :func:`prepare`."""
     weld = check_flag("weld", weld)
     report = check_progress(progress) or (lambda fraction: None)
+    announce(progress, "assembling")
     surface = Surface(vertices, faces)  # type: ignore[arg-type]  # the gate takes anything and says what is wrong
     laplacian = check_choice("laplacian", laplacian, LAPLACIANS)
     V, F = surface.vertices, surface.faces
@@ -1211,8 +1272,9 @@ def smooth(
     ('exact', 4, True)
     """
     start = time.perf_counter()
+    progress = begin(progress, "assembling")
     source = recognize(mesh, faces)
-    prepared = assemble(source.vertices, source.faces, laplacian, part(check_progress(progress), 0.0, _ASSEMBLY), weld)
+    prepared = assemble(source.vertices, source.faces, laplacian, part(progress, 0.0, _ASSEMBLY), weld)
     result = prepared.smooth(
         modes=modes,
         wavelength=wavelength,
@@ -1230,6 +1292,7 @@ def smooth(
     )
     if barycenter_weight is not None:
         result = warn_of_change(prepared, result)
+    finish(progress)
     return replace(result, source=source.kept(), seconds=time.perf_counter() - start)
 
 
@@ -1276,7 +1339,8 @@ def low_pass(
            [1., 1., 0.]])
     """
     start = time.perf_counter()
-    source, report = recognize(mesh, faces), part(check_progress(progress), 0.0, _ASSEMBLY)
+    progress = begin(progress, "assembling")
+    source, report = recognize(mesh, faces), part(progress, 0.0, _ASSEMBLY)
     result = assemble(source.vertices, source.faces, laplacian, report, weld).low_pass(
         modes=modes,
         wavelength=wavelength,
@@ -1286,6 +1350,7 @@ def low_pass(
         mask=mask,
         progress=part(progress, _ASSEMBLY, 1 - _ASSEMBLY),
     )
+    finish(progress)
     return replace(result, source=source.kept(), seconds=time.perf_counter() - start)
 
 
@@ -1332,7 +1397,8 @@ def enhance(
     True
     """
     start = time.perf_counter()
-    source, report = recognize(mesh, faces), part(check_progress(progress), 0.0, _ASSEMBLY)
+    progress = begin(progress, "assembling")
+    source, report = recognize(mesh, faces), part(progress, 0.0, _ASSEMBLY)
     result = assemble(source.vertices, source.faces, laplacian, report, weld).enhance(
         longest=longest,
         shortest=shortest,
@@ -1345,6 +1411,7 @@ def enhance(
         features=features,
         progress=part(progress, _ASSEMBLY, 1 - _ASSEMBLY),
     )
+    finish(progress)
     return replace(result, source=source.kept(), seconds=time.perf_counter() - start)
 
 
@@ -1359,12 +1426,20 @@ def _passed_on_by_a_curve(weight: float) -> PassedOn:
 
 
 def _with_warning(result: SmoothingResult, *warnings: str | None) -> SmoothingResult:
-    """The result with more to be said."""
-    return replace(result, warning=_joined(result.warning, *warnings))
+    """The result with more to be said, once."""
+    said = result.warning or ""
+    return replace(result, warning=_joined(result.warning, *(x for x in warnings if x is not None and x not in said)))
 
 
 def _joined(*warnings: str | None) -> str | None:
     return "; ".join(filter(None, warnings)) or None
+
+
+def _why_nothing_moves(mask: npt.ArrayLike | None, features: npt.ArrayLike | None, gain: float) -> str | None:
+    """The reason, where the caller's region, which was checked before, lets nothing move."""
+    if mask is not None and not np.any(mask):
+        return NOTHING_SELECTED
+    return ALL_KEPT if features is not None and gain == 1 and np.all(np.asarray(features) == 1) else None
 
 
 def _warning_of(low_pass: Design, vertex_count: int) -> str | None:

@@ -9,8 +9,11 @@ import numpy.typing as npt
 
 from meshlab_specsmooth.adapters import Mesh, accept_meshes, recognize
 from meshlab_specsmooth.choices import LaplacianKind
+from meshlab_specsmooth.describe import Described, Rows, format_length
 from meshlab_specsmooth.errors import InvalidParameter
+from meshlab_specsmooth.estimation import estimate_noise, noise_of
 from meshlab_specsmooth.graph import blocks
+from meshlab_specsmooth.noise import Noise
 from meshlab_specsmooth.parameters import BANDS, check_count
 from meshlab_specsmooth.smoothing import Prepared, assemble
 from meshlab_specsmooth.spectral import density, eigenbasis
@@ -27,8 +30,8 @@ NOISE_BEGINS = 1.2
 _LEAKS_FROM = 0.1
 
 
-@dataclass(frozen=True, eq=False)
-class Spectrum:
+@dataclass(frozen=True, eq=False, repr=False)
+class Spectrum(Described):
     """Power over bands of the Laplacian's spectrum; (k,) arrays, from low to high frequency.
 
     Attributes
@@ -48,6 +51,9 @@ class Spectrum:
         units. On uneven triangles up to 40 % too high.
     method : str
         ``"exact"`` from eigenvalues, ``"chebyshev"`` from moments, which leak a little between neighbouring bands.
+    noise : Noise
+        The estimate of :func:`meshlab_specsmooth.estimate_noise`, which the filters go by. The noise floor is another
+        quantity: it takes all short waves for noise, fine detail and uneven triangles as well.
     """
 
     eigenvalue: Floats
@@ -57,6 +63,26 @@ class Spectrum:
     differential_power: Floats
     noise_floor: float
     method: str
+    noise: Noise
+
+    @property
+    def summary(self) -> str:
+        """The noise, and what the spectrum consists of, in a few words."""
+        bands = "eigenvalues" if self.method == "exact" else "bands"
+        return f"spectrum of {round(float(self.modes.sum()))} modes in {len(self.modes)} {bands}; {self.noise.summary}"
+
+    def rows(self) -> Rows:
+        """The noise, and the noise floor for comparison."""
+        edge = self.noise.mean_edge
+        return [
+            ("noise", self.noise.describe_level()),
+            (
+                "noise floor",
+                f"{format_length(self.noise_floor, edge)} a coordinate, detail and uneven triangles included",
+            ),
+            ("method", self.method),
+            ("mean edge", f"{edge:.4g}"),
+        ]
 
 
 @accept_meshes
@@ -96,11 +122,16 @@ def spectrum(
     if len(prepared.moving) == 0:
         raise InvalidParameter("a mesh without edges has no spectrum")
     check_extent(prepared.exponent, LARGEST_EXPONENT, "power, which is their square")
-    return _measured(prepared, bands)
+    if laplacian == "uniform":
+        with blocks.one_blas_thread():
+            noise = noise_of(prepared).scaled(prepared.exponent)
+    else:
+        noise = estimate_noise(source.vertices, source.faces)
+    return _measured(prepared, bands, noise)
 
 
 @blocks.one_blas_thread()
-def _measured(prepared: Prepared, bands: int) -> Spectrum:
+def _measured(prepared: Prepared, bands: int, noise: Noise) -> Spectrum:
     L, n = prepared.L, len(prepared.moving)
     # scaled so that energies x^T D x are those of plain coordinates
     X = (prepared.positions - prepared.positions.mean(axis=0)) / np.sqrt(L.degree.mean())
@@ -125,5 +156,12 @@ def _measured(prepared: Prepared, bands: int) -> Spectrum:
     noisy = eigenvalue > NOISE_BEGINS
     floor = np.sqrt(powers[0][noisy].sum() / (3 * max(modes[noisy].sum(), 1.0)))
     return Spectrum(
-        eigenvalue, wavelength, modes, powers[0] * unit**2, powers[1] * unit**2, float(floor) * float(unit), method
+        eigenvalue,
+        wavelength,
+        modes,
+        powers[0] * unit**2,
+        powers[1] * unit**2,
+        float(floor) * float(unit),
+        method,
+        noise,
     )

@@ -63,6 +63,10 @@ class Surface:
             array.flags.writeable = False
             object.__setattr__(self, name, array)
 
+    def __repr__(self) -> str:
+        """The arrays are long."""
+        return f"<Surface: {len(self.vertices)} vertices, {len(self.faces)} faces>"
+
     @property
     def unused_not_finite(self) -> int:
         """Number of vertices that are not finite; no face uses any of these."""

@@ -1,6 +1,7 @@
 import io
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -73,7 +74,8 @@ def test_smooth_says_what_it_measured_and_chose_and_warns(scan, tmp_path, capsys
     printed = capsys.readouterr()
     assert f"--barycenter-weight {expected.barycenter_weight:.4g}" in printed.out
     noise = expected.noise
-    assert f"noise {noise.level / noise.mean_edge:.3f} mean edges ({noise.kind}), estimated error" in printed.out
+    assert f"  {expected.summary}\n" in printed.out
+    assert f"noise white {noise.level / noise.mean_edge:.3f} edges ({noise.level:.3g})" in printed.out
     assert printed.err == (f"specsmooth: {expected.warning}\n" if expected.warning else "")
     assert main(["smooth", str(scan), str(tmp_path / "out.ply"), "--wavelength", "1%"]) == 0
     assert "specsmooth: the wavelength is so short" in capsys.readouterr().err
@@ -97,8 +99,11 @@ def test_denoise_reads_denoises_and_writes_and_says_what_it_considered(scan, tmp
     written, _ = meshset.pull(files.read(out))
     assert written == pytest.approx(expected.vertices, abs=1e-6)
     printed = capsys.readouterr().out
-    assert f"({expected.noise.kind})" in printed
-    assert "isotropic, weight" in printed or "edge-aware from the" in printed
+    assert f"  {expected.summary}\n" in printed
+    assert re.search(
+        r"took .* smoothing, .*: estimated error .* edges; (isotropic|edge-aware) .*; noise white", printed
+    )
+    assert len(printed.splitlines()) == 3
     assert "  0 faces of it run through others, 0 that did not before; 0 are turned over" in printed
 
 

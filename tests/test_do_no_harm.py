@@ -90,7 +90,7 @@ def test_a_cad_model_comes_back_as_it_was_or_is_said_to_be_unclear(function, nam
     if result.noise.kind == "unclear":
         assert "noise cannot be told from shape" in result.warning
         assert result.noise.level == 0 < result.noise.high == result.noise.resolution
-        assert "at most" in result.noise.told(0.0)
+        assert "at most" in result.noise.format_error(0.0)
 
 
 @BOTH

@@ -14,6 +14,7 @@ MODULES = sorted(PACKAGE.rglob("*.py"))
 ROOMS = [
     {"version", "errors", "memory", "processes"},
     {"parameters", "choices"},
+    {"bars", "describe"},
     {"xmltree", "descriptors"},
     {"surface"},
     {"adapters"},
@@ -25,6 +26,7 @@ ROOMS = [
     {"reconstruction"},
     {"region"},
     {"noise"},
+    {"sentences"},
     {"guard", "parts"},
     {"automatic"},
     {"smoothing"},
@@ -45,7 +47,7 @@ HOME = {
     "matplotlib": "report",
     "jinja2": "report",
     "polyscope": "report",
-    "tqdm": "cli",
+    "tqdm": "bars",
     "numba": "graph",
 }
 

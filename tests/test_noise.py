@@ -215,5 +215,5 @@ def test_an_error_that_cannot_be_told_from_none_is_not_called_zero():
     noise = mss.estimate_noise(*noisy(TORUS, 0.2))
     least, edge = noise.resolution, noise.mean_edge
     assert 0 < least < 0.5 * noise.level
-    assert noise.told(0.0) == noise.told(0.9 * least) == f"at most {least / edge:.3f}"
-    assert noise.told(2 * least) == f"{2 * least / edge:.3f}"
+    assert noise.format_error(0.0) == noise.format_error(0.9 * least) == f"at most {least / edge:.3f}"
+    assert noise.format_error(2 * least) == f"{2 * least / edge:.3f}"

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from meshlab_specsmooth import descriptors
+from meshlab_specsmooth.bars import begin
 from meshlab_specsmooth.batch import cluster, local
 from meshlab_specsmooth.batch.inputs import sources
 from meshlab_specsmooth.batch.summary import BatchSummary
@@ -25,7 +26,6 @@ from meshlab_specsmooth.parameters import (
     check_flag,
     check_function,
     check_path,
-    check_progress,
     show,
 )
 from meshlab_specsmooth.report import contact_sheet
@@ -128,7 +128,7 @@ def batch(
         raise InvalidParameter(f"scheduler is {show(scheduler)}; it must be an address, as 'tcp://host:8786'")
     resume, pictures = check_flag("resume", resume), check_flag("pictures", pictures)
     force = check_flag("force", force)
-    progress, each = check_progress(progress), None if each is None else check_function("each", each)
+    progress, each = begin(progress, "smoothing"), None if each is None else check_function("each", each)
     workers = None if workers is None else check_count("workers", workers, 1, MOST_WORKERS)
     time_limit = local.check_time_limit(time_limit)
     out = check_path("out", out)

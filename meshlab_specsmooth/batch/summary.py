@@ -11,14 +11,18 @@ from pathlib import Path
 
 from meshlab_specsmooth.batch.work import STATUSES, Outcome
 from meshlab_specsmooth.bridge import files
+from meshlab_specsmooth.describe import Described, Rows
 from meshlab_specsmooth.version import VERSION
+
+# Meshes that are shown one by one
+_SHOWN = 20
 
 #: Columns of the table.
 COLUMNS = tuple(field.name for field in fields(Outcome))
 
 
-@dataclass(frozen=True)
-class BatchSummary:
+@dataclass(frozen=True, repr=False)
+class BatchSummary(Described):
     """What became of each mesh.
 
     Attributes
@@ -42,6 +46,20 @@ class BatchSummary:
         return {status: found[status] for status in STATUSES if found[status]}
 
     @property
+    def summary(self) -> str:
+        """How many meshes became what."""
+        count = len(self.outcomes)
+        counts = ", ".join(f"{number} {status}" for status, number in self.counts.items())
+        return f"{count} mesh{'' if count == 1 else 'es'}: {counts or 'nothing to do'}; {self.seconds:.1f} s"
+
+    def rows(self) -> Rows:
+        """The meshes that failed first, and no more than a screen of them."""
+        ordered = sorted(self.outcomes, key=lambda outcome: outcome.is_there)
+        rows = [(outcome.status, _line(outcome)) for outcome in ordered[:_SHOWN]]
+        more = len(ordered) - len(rows)
+        return [*rows, ("...", f"and {more} more, in summary.csv")] if more else rows
+
+    @property
     def is_complete(self) -> bool:
         """Whether every output is there."""
         return all(outcome.is_there for outcome in self.outcomes)
@@ -63,6 +81,13 @@ class BatchSummary:
             {name: _writable(value) for name, value in asdict(outcome).items()} for outcome in self.outcomes
         )
         files.write_text(out / "summary.csv", table.getvalue())
+
+
+def _line(outcome: Outcome) -> str:
+    """A mesh in a line."""
+    if not outcome.is_there:
+        return f"{_writable(outcome.input)}: {outcome.reason}"
+    return f"{_writable(outcome.output)}{f' ({outcome.warning})' if outcome.warning else ''}"
 
 
 def _writable(value: object) -> object:

@@ -23,23 +23,25 @@ import pymeshlab
 from pymeshlab import PyMeshLabException
 
 from meshlab_specsmooth import descriptors
+from meshlab_specsmooth.bars import begin
 from meshlab_specsmooth.bridge import scripts
 from meshlab_specsmooth.bridge.creases import selected_edges
 from meshlab_specsmooth.bridge.meshset import Change, by_place, check_finite, in_one_pass, pull, verbosity_of, write
 from meshlab_specsmooth.bridge.parameters import RefusedParameter, resolve
+from meshlab_specsmooth.describe import Report, Sentence, format_edges, format_length
 from meshlab_specsmooth.descriptors import Descriptor
 from meshlab_specsmooth.edge_aware import EdgeAwareResult, denoise, smooth_edge_aware
 from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.memory import require
-from meshlab_specsmooth.parameters import check_progress, show
+from meshlab_specsmooth.parameters import show
 from meshlab_specsmooth.region import ALL_KEPT, NOTHING_SELECTED
 from meshlab_specsmooth.smoothing import BYTES_PER_VERTEX, Prepared, SmoothingResult, assemble, warn_of_change
-from meshlab_specsmooth.spectral.progress import Progress, part
+from meshlab_specsmooth.spectral.progress import Progress, announce, part
 from meshlab_specsmooth.spectrum import spectrum
 from meshlab_specsmooth.surface import Floats, Integers, Surface, vertex_normals
 
-Filter = Callable[..., dict[str, Any]]
-Implementation = Callable[[pymeshlab.MeshSet, dict[str, Any], Progress | None], tuple[dict[str, Any], Change]]
+Filter = Callable[..., Report]
+Implementation = Callable[[pymeshlab.MeshSet, dict[str, Any], Progress | None], tuple[Report, Change]]
 
 # Where a call stands, as shares of its time, when the operators are made, and when what remains is to write the result
 _ASSEMBLY, _WRITING = 0.2, 0.65
@@ -60,6 +62,12 @@ _ON_OTHER_MESHES = {
 
 #: Our filters by Python name.
 FILTERS: dict[str, Filter] = {}
+
+# Fields of results that are no evidence
+_SURFACES = ("vertices", "given", "source")
+
+# A report of more vertices keeps no surfaces for a picture: a notebook keeps all that it has shown
+_MOST_PICTURED = 200_000
 
 _is_quiet: ContextVar[bool] = ContextVar("_is_quiet", default=False)
 
@@ -118,9 +126,9 @@ def mesh_filter(implementation: Implementation) -> Filter:
     """
     descriptor = descriptors.load(implementation.__name__)
 
-    def call(ms: pymeshlab.MeshSet, **parameters: Any) -> dict[str, Any]:
+    def call(ms: pymeshlab.MeshSet, **parameters: Any) -> Report:
         start = time.perf_counter()
-        progress = check_progress(parameters.pop("progress", None))
+        progress = begin(parameters.pop("progress", None), "assembling")
         if not isinstance(ms, pymeshlab.MeshSet):
             raise InvalidParameter(
                 f"ms is {show(ms)}; it must be a pymeshlab.MeshSet, which is changed in place; for other meshes: "
@@ -142,6 +150,7 @@ def mesh_filter(implementation: Implementation) -> Filter:
             raise RefusedParameter(str(error)) from error
         if progress is not None:
             progress(_WRITING)
+            announce(progress, "writing")
         write(ms, replace(change, step=scripts.step_of(descriptor, values)), verbosity)
         if progress is not None:
             progress(1.0)
@@ -184,7 +193,7 @@ def apply(ms: pymeshlab.MeshSet, name: str, **parameters: Any) -> dict[str, Any]
 @mesh_filter
 def apply_coord_spectral_smoothing(
     ms: pymeshlab.MeshSet, values: dict[str, Any], progress: Progress | None
-) -> tuple[dict[str, Any], Change]:
+) -> tuple[Report, Change]:
     """
     Returns
     -------
@@ -207,7 +216,7 @@ def apply_coord_spectral_smoothing(
 @mesh_filter
 def apply_coord_spectral_low_pass(
     ms: pymeshlab.MeshSet, values: dict[str, Any], progress: Progress | None
-) -> tuple[dict[str, Any], Change]:
+) -> tuple[Report, Change]:
     """
     Returns
     -------
@@ -229,7 +238,7 @@ def apply_coord_spectral_low_pass(
 @mesh_filter
 def apply_coord_spectral_enhancement(
     ms: pymeshlab.MeshSet, values: dict[str, Any], progress: Progress | None
-) -> tuple[dict[str, Any], Change]:
+) -> tuple[Report, Change]:
     """
     Returns
     -------
@@ -251,7 +260,7 @@ def apply_coord_spectral_enhancement(
 @mesh_filter
 def apply_coord_edge_aware_smoothing(
     ms: pymeshlab.MeshSet, values: dict[str, Any], progress: Progress | None
-) -> tuple[dict[str, Any], Change]:
+) -> tuple[Report, Change]:
     """
     Returns
     -------
@@ -273,7 +282,7 @@ def apply_coord_edge_aware_smoothing(
 @mesh_filter
 def apply_coord_spectral_denoising(
     ms: pymeshlab.MeshSet, values: dict[str, Any], progress: Progress | None
-) -> tuple[dict[str, Any], Change]:
+) -> tuple[Report, Change]:
     """
     Returns
     -------
@@ -295,7 +304,7 @@ def apply_coord_spectral_denoising(
 @mesh_filter
 def compute_scalar_by_spectral_displacement(
     ms: pymeshlab.MeshSet, values: dict[str, Any], progress: Progress | None
-) -> tuple[dict[str, Any], Change]:
+) -> tuple[Report, Change]:
     """
     Returns
     -------
@@ -319,14 +328,16 @@ def compute_scalar_by_spectral_displacement(
     quality = by_place(vertices, ((result.vertices - vertices) * normals).sum(axis=1))
     most = float(np.abs(quality).max()) or 1.0  # so that no square leaves the range of numbers
     rms = most * float(np.sqrt(((quality / most) ** 2).mean()))
-    output = {"rms": rms, "min": float(quality.min()), "max": float(quality.max())}
-    return output, Change(quality=quality)
+    edge, low, high = result.mean_edge, float(quality.min()), float(quality.max())
+    summary = (
+        f"displacement along the normals: {format_length(rms, edge)} (RMS), from {format_edges(low, edge)} to "
+        f"{format_edges(high, edge)}; {result.summary}"
+    )
+    return Report({"rms": rms, "min": low, "max": high}, Sentence(summary)), Change(quality=quality)
 
 
 @mesh_filter
-def get_spectrum(
-    ms: pymeshlab.MeshSet, values: dict[str, Any], progress: Progress | None
-) -> tuple[dict[str, Any], Change]:
+def get_spectrum(ms: pymeshlab.MeshSet, values: dict[str, Any], progress: Progress | None) -> tuple[Report, Change]:
     """
     Returns
     -------
@@ -343,31 +354,38 @@ def get_spectrum(
     >>> len(spectrum["eigenvalue"]) == ms.current_mesh().vertex_number()
     True
     """  # noqa: D205 (what it does stands in the descriptor)
-    return dict(vars(spectrum(*pull(ms), **values))), Change()
+    found = spectrum(*pull(ms), **values)
+    return Report(vars(found), found), Change()
 
 
 def _moved(
     ms: pymeshlab.MeshSet, method: Callable[..., SmoothingResult], values: dict[str, Any], progress: Progress | None
-) -> tuple[dict[str, Any], Change]:
+) -> tuple[Report, Change]:
     """The evidence as a dict, and the new vertices."""
     n = ms.current_mesh().vertex_number()
     require((BYTES_PER_VERTEX + _WRITING_BYTES_PER_VERTEX) * n, f"smoothing {n} vertices of a MeshSet")
     vertices, faces = pull(ms)
-    evidence = dict(vars(_smoothed(ms, vertices, faces, method, values, progress)))
-    del evidence["source"]
-    return evidence, Change(vertices=in_one_pass(vertices, evidence.pop("vertices")))
+    result = _smoothed(ms, vertices, faces, method, values, progress)
+    return _report(result), Change(vertices=in_one_pass(vertices, result.vertices))
 
 
 def _moved_by_normals(
     ms: pymeshlab.MeshSet, function: Callable[..., EdgeAwareResult], values: dict[str, Any], progress: Progress | None
-) -> tuple[dict[str, Any], Change]:
+) -> tuple[Report, Change]:
     """The evidence as a dict, and the new vertices."""
     vertices, faces = pull(ms)
     creases = _creases_of(ms, values.pop("creases"), values.pop("crease_angle"))
     given = _given(ms, values, "strength", "range_width", "passes", "barycenter_weight")
-    evidence = dict(vars(function(vertices, faces, creases=creases, **given, progress=part(progress, 0.0, _WRITING))))
-    del evidence["source"]
-    return evidence, Change(vertices=in_one_pass(vertices, evidence.pop("vertices")))
+    result = function(vertices, faces, creases=creases, **given, progress=part(progress, 0.0, _WRITING))
+    return _report(result), Change(vertices=in_one_pass(vertices, result.vertices))
+
+
+def _report(result: SmoothingResult | EdgeAwareResult) -> Report:
+    """All fields but the surfaces, as a dict."""
+    evidence = {name: value for name, value in vars(result).items() if name not in _SURFACES}
+    if len(result.vertices) > _MOST_PICTURED:
+        result = replace(result, vertices=np.empty((0, 3)), given=None, source=None)
+    return Report(evidence, result)
 
 
 def _creases_of(ms: pymeshlab.MeshSet, source: str, angle: float) -> Integers | float | None:

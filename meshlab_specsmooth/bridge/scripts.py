@@ -15,7 +15,7 @@ import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -36,7 +36,7 @@ _NATIVE_APPLY, _NATIVE_LOAD = pymeshlab.MeshSet.apply_filter_script, pymeshlab.M
 # the type of all parameters of ours: pymeshlab keeps six digits of a number, and all of a text
 _TEXT = "RichString"
 
-Filters = dict[str, Callable[..., dict[str, Any]]]
+Filters = Mapping[str, Callable[..., dict[str, Any]]]
 
 
 @dataclass(frozen=True)

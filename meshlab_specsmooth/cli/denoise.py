@@ -10,13 +10,12 @@ from meshlab_specsmooth.bridge.measures import crossing_faces
 from meshlab_specsmooth.bridge.parameters import check_given
 from meshlab_specsmooth.cli.meshes import read_to_write, write
 from meshlab_specsmooth.cli.options import add_files, add_options, given_parameters
-from meshlab_specsmooth.cli.progress import bar, notice
-from meshlab_specsmooth.edge_aware import Considered
-from meshlab_specsmooth.edge_aware.result import DRAWN_IN
+from meshlab_specsmooth.cli.progress import FILTERING, bar, notice
+from meshlab_specsmooth.describe import format_length
+from meshlab_specsmooth.spectral.progress import announce, part
 from meshlab_specsmooth.surface import Floats, Integers, Surface
 
 _DESCRIPTOR = descriptors.load("apply_coord_spectral_denoising")
-_SHOWN = 5
 
 SUMMARY = "smooth a mesh file by whatever has the least estimated error"
 DESCRIPTION = """Measures the noise, tries the isotropic filter and settings of the edge-aware one, and writes the
@@ -35,29 +34,25 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Read, denoise, write, and say what was found."""
+    """Read, denoise, write, and say what was taken and why."""
     files.check_target(arguments.output)
-    ms = read_to_write(arguments)
-    vertices, faces = meshset.pull(ms)
-    Surface(vertices, faces)  # says what is wrong, and the remedy
-    given = given_parameters(arguments, _DESCRIPTOR)
-    check_given(_DESCRIPTOR, given, ms)
-    with bar("denoising") as progress, filters.quiet():
-        report = filters.apply_coord_spectral_denoising(ms, **given, progress=progress)
-    write(ms, arguments)
-    noise = report["noise"]
-    edge = noise.mean_edge or 1.0
+    with bar("reading") as progress:
+        ms = read_to_write(arguments)
+        vertices, faces = meshset.pull(ms)
+        Surface(vertices, faces)  # says what is wrong, and the remedy
+        given = given_parameters(arguments, _DESCRIPTOR)
+        check_given(_DESCRIPTOR, given, ms)
+        with filters.quiet():
+            report = filters.apply_coord_spectral_denoising(ms, **given, progress=part(progress, 0.0, FILTERING))
+        announce(progress, "writing")
+        write(ms, arguments)
+        crossing, new = crossed(vertices, meshset.pull(ms)[0], faces)
     print(
-        f"{arguments.output}: {len(vertices)} vertices, noise {noise.level / edge:.3f} mean edges "
-        f"({noise.kind}), moved vertices by {report['displacement'] / edge:.3f} mean edges (RMS), "
-        f"{report['seconds']:.2f} s"
+        f"{arguments.output}: {len(vertices)} vertices, moved by "
+        f"{format_length(report['displacement'], report['noise'].mean_edge)} (RMS), {report['seconds']:.2f} s"
     )
-    crossing, new = crossed(vertices, meshset.pull(ms)[0], faces)
+    print(f"  {report.summary}")
     print(f"  {crossing} faces of it run through others, {new} that did not before; {report['flips']} are turned over")
-    for row in report["considered"][:_SHOWN]:
-        print(f"  {told(row):60} estimated error {noise.told(row.error)} mean edges")
-    if len(report["considered"]) > _SHOWN:
-        print(f"  and {len(report['considered']) - _SHOWN} more settings")
     if report["warning"] is not None:
         notice(report["warning"])
 
@@ -68,15 +63,3 @@ def crossed(before: Floats, after: Floats, faces: Integers) -> tuple[int, int]:
     if not crossing.any():
         return 0, 0  # as nearly always, and the count is slow
     return int(crossing.sum()), int((crossing & ~crossing_faces(before, faces)).sum())
-
-
-def told(row: Considered) -> str:
-    """A setting in words."""
-    setting = row.setting
-    if setting.passes == 0:
-        first = "impulses drawn in, " if setting.start == DRAWN_IN else ""
-        return f"{first}isotropic, weight {setting.barycenter_weight:.3g}"
-    return (
-        f"edge-aware from the {'surface as given' if setting.start == 'given' else 'smoothed surface'}, strength "
-        f"{setting.strength:.3g}, width {setting.range_width:.2g}, {setting.passes} passes"
-    )

@@ -6,13 +6,17 @@ import contextlib
 import sys
 from collections.abc import Iterator
 
+from meshlab_specsmooth import bars
 from meshlab_specsmooth.errors import MissingExtra
 from meshlab_specsmooth.spectral.progress import Progress
 
+# Share of a bar that is left for the writing of a file, which does not say how far it is
+FILTERING = 0.95
+
 
 @contextlib.contextmanager
-def bar(description: str) -> Iterator[Progress | None]:
-    """A callback for the fraction done, or None where standard error is no terminal.
+def bar(stage: str) -> Iterator[Progress | None]:
+    """A bar as a callback for the fraction done, or None where standard error is no terminal.
 
     The bar itself is the extra ``progress``; without it a line says so, and the work goes on.
     """
@@ -20,34 +24,27 @@ def bar(description: str) -> Iterator[Progress | None]:
         yield None
         return
     try:
-        from tqdm import tqdm
+        shown = bars.terminal_bar(stage)
     except ImportError:
         print(MissingExtra("a progress bar", "progress"), file=sys.stderr)
         yield None
         return
-    shape = "{desc} |{bar}| {percentage:3.0f}% {elapsed}"
-    with tqdm(desc=description, total=1.0, bar_format=shape, leave=False, file=sys.stderr) as display:
-
-        def show(fraction: float) -> None:
-            display.update(fraction - display.n)
-
-        yield show
+    try:
+        yield shown
+    finally:
+        shown.close()
 
 
 def say(line: str) -> None:
     """A line on standard output, above a bar if there is one."""
-    try:
-        from tqdm import tqdm
-    except ImportError:
-        print(line, flush=True)
-        return
-    with tqdm.external_write_mode(file=sys.stdout):
+    with bars.above_bars(sys.stdout):
         print(line, flush=True)
 
 
 def notice(message: object) -> None:
     """A message on one line of standard error, printable whatever the names of files in it."""
-    print("specsmooth:", printable(" ".join(str(message).split())), file=sys.stderr)
+    with bars.above_bars(sys.stderr):
+        print("specsmooth:", printable(" ".join(str(message).split())), file=sys.stderr)
 
 
 def printable(text: str) -> str:

@@ -10,8 +10,10 @@ from meshlab_specsmooth.bridge import files, filters, meshset
 from meshlab_specsmooth.bridge.parameters import check_given
 from meshlab_specsmooth.cli.meshes import read_to_write, write
 from meshlab_specsmooth.cli.options import add_files, add_options, given_parameters
-from meshlab_specsmooth.cli.progress import bar, notice
+from meshlab_specsmooth.cli.progress import FILTERING, bar, notice
+from meshlab_specsmooth.describe import count_of, format_length
 from meshlab_specsmooth.response import name_of
+from meshlab_specsmooth.spectral.progress import announce, part
 from meshlab_specsmooth.surface import Surface
 
 _DESCRIPTOR = descriptors.load("apply_coord_spectral_smoothing")
@@ -33,28 +35,25 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Read, smooth, write, and say what was done."""
     files.check_target(arguments.output)
-    ms = read_to_write(arguments)
-    if ms.current_mesh().face_number() == 0:
-        Surface(*meshset.pull(ms))  # says what is wrong, and the remedy
-    given = given_parameters(arguments, _DESCRIPTOR)
-    check_given(_DESCRIPTOR, given, ms)
-    with bar("smoothing") as progress, filters.quiet():
-        report = filters.apply_coord_spectral_smoothing(ms, **given, progress=progress)
-    write(ms, arguments)
-    edge, noise, modes = report["mean_edge"] or 1.0, report["noise"], round(report["modes"])
+    with bar("reading") as progress:
+        ms = read_to_write(arguments)
+        if ms.current_mesh().face_number() == 0:
+            Surface(*meshset.pull(ms))  # says what is wrong, and the remedy
+        given = given_parameters(arguments, _DESCRIPTOR)
+        check_given(_DESCRIPTOR, given, ms)
+        with filters.quiet():
+            report = filters.apply_coord_spectral_smoothing(ms, **given, progress=part(progress, 0.0, FILTERING))
+        announce(progress, "writing")
+        write(ms, arguments)
     print(
         f"{arguments.output}: {ms.current_mesh().vertex_number()} vertices, moved by "
-        f"{report['displacement'] / edge:.3f} mean edges (RMS), {report['seconds']:.2f} s"
+        f"{format_length(report['displacement'], report['mean_edge'])} (RMS), {report['seconds']:.2f} s"
     )
+    print(f"  {report.summary}")
     print(
         f"  --barycenter-weight {report['barycenter_weight']:.4g} --response {name_of(report['response'])} "
-        f"--wavelength {report['wavelength']:.4g} ({modes} mode{'' if modes == 1 else 's'} kept), residual "
+        f"--wavelength {report['wavelength']:.4g} ({count_of(round(report['modes']), 'mode')} kept), residual "
         f"{report['residual']:.0e}"
     )
-    if noise is not None:
-        print(
-            f"  noise {noise.level / edge:.3f} mean edges ({noise.kind}), estimated error "
-            f"{noise.told(report['estimated_error'])}"
-        )
     if report["warning"] is not None:
         notice(report["warning"])

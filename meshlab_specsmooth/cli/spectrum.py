@@ -15,19 +15,25 @@ from meshlab_specsmooth.bridge import files, filters, meshset
 from meshlab_specsmooth.bridge.parameters import PyMeshLabException, resolve
 from meshlab_specsmooth.cli.meshes import say_rounding
 from meshlab_specsmooth.cli.options import add_input, add_options, given_parameters
+from meshlab_specsmooth.cli.progress import bar
+from meshlab_specsmooth.describe import count_of, format_edges
 from meshlab_specsmooth.errors import FileError, InvalidParameter, MissingExtra
 from meshlab_specsmooth.report.spectrum_plot import spectrum_plot
 from meshlab_specsmooth.response import name_of, response
+from meshlab_specsmooth.spectral.progress import part
 from meshlab_specsmooth.spectrum import Spectrum, spectrum
 
 _SPECTRUM = descriptors.load("get_spectrum")
 _SMOOTHING = descriptors.load("apply_coord_spectral_smoothing")
+# Share of the time that the spectrum takes
+_MEASURING = 0.5
+
 _SHOWN = ("modes", "wavelength", "response", "barycenter_weight")
 
 SUMMARY = "show how shape, detail and noise are spread over frequencies"
 DESCRIPTION = """Measures the power spectrum of the coordinates and of the differential coordinates, the density of
-modes and the noise floor, and draws what a filter would keep of them: the one that `specsmooth smooth` would apply
-with these options. Writes spectrum.json, spectrum.csv and spectrum.png."""
+modes, the noise and the noise floor, and draws what a filter would keep of them: the one that `specsmooth smooth`
+would apply with these options. Writes spectrum.json, spectrum.csv and spectrum.png."""
 EXAMPLES = """examples:
   specsmooth spectrum scan.ply
   specsmooth spectrum scan.ply --out /tmp/scan --bands 128
@@ -58,22 +64,32 @@ def run(arguments: argparse.Namespace) -> None:
         resolve(_SMOOTHING, given, ms)
     except PyMeshLabException as error:
         raise InvalidParameter(str(error)) from error
-    measured = spectrum(*meshset.pull(ms), **given_parameters(arguments, _SPECTRUM))
-    chosen = filters.apply_coord_spectral_smoothing(ms, **given)
-    edge = float(chosen["mean_edge"])
+    with bar("measuring the spectrum") as progress:
+        measured = spectrum(*meshset.pull(ms), **given_parameters(arguments, _SPECTRUM))
+        chosen = filters.apply_coord_spectral_smoothing(
+            ms, **given, progress=part(progress, _MEASURING, 1 - _MEASURING)
+        )
+    edge = measured.noise.mean_edge
     files.write_text(out / "spectrum.json", as_json(measured, chosen))
     files.write_text(out / "spectrum.csv", as_csv(measured))
     print(
-        f"{arguments.input}: {ms.current_mesh().vertex_number()} vertices, mean edge {edge:.4g}; noise floor "
-        f"{measured.noise_floor:.3g} a coordinate ({measured.noise_floor / edge if edge else 0:.3f} edges)\n"
-        f"filter: {chosen['response']}, {chosen['modes']:.0f} modes, waves longer than {chosen['wavelength']:.4g}; "
-        f"barycentre weight {chosen['barycenter_weight']:.3g}\n"
+        f"{arguments.input}: {ms.current_mesh().vertex_number()} vertices, mean edge {edge:.4g}; "
+        f"{measured.noise.summary}\n"
+        f"noise floor {measured.noise_floor:.3g} a coordinate ({format_edges(measured.noise_floor, edge)} edges), "
+        "fine detail and uneven triangles included\n"
+        f"filter: {chosen['response']}, {count_of(round(chosen['modes']), 'mode')}, waves longer than "
+        f"{chosen['wavelength']:.4g}; barycenter weight {chosen['barycenter_weight']:.3g}\n"
         f"figures: {out / 'spectrum.json'}, {out / 'spectrum.csv'}"
     )
     low_pass = response(name_of(chosen["response"]), chosen["cutoff"])
     try:
         spectrum_plot(
-            out / "spectrum.png", measured, edge, low_pass, chosen["barycenter_weight"], Path(arguments.input).name
+            out / "spectrum.png",
+            measured,
+            float(chosen["mean_edge"]),
+            low_pass,
+            chosen["barycenter_weight"],
+            Path(arguments.input).name,
         )
     except MissingExtra as error:
         print(error, file=sys.stderr)
@@ -88,7 +104,14 @@ def as_json(measured: Spectrum, chosen: dict[str, object]) -> str:
     """The spectrum and the filter; JSON has no infinity, so the wavelength of the constant is null."""
     bands = {name: [x if math.isfinite(x) else None for x in getattr(measured, name).tolist()] for name in _COLUMNS}
     evidence = {name: chosen[name] for name in ("response", "cutoff", "modes", "wavelength", "barycenter_weight")}
-    whole = {"noise_floor": measured.noise_floor, "method": measured.method, "bands": bands, "filter": evidence}
+    noise = {name: getattr(measured.noise, name) for name in ("level", "low", "high", "kind", "mean_edge")}
+    whole = {
+        "noise": noise,
+        "noise_floor": measured.noise_floor,
+        "method": measured.method,
+        "bands": bands,
+        "filter": evidence,
+    }
     return json.dumps(whole, indent=1, allow_nan=False) + "\n"
 
 

@@ -197,6 +197,11 @@ class Row:
         """The filter's, for people."""
         return "as given" if self.competitor is None else self.competitor.name
 
+    def __repr__(self) -> str:
+        error = self.values.get("estimated_error")
+        what = self.failure or ("" if error is None else f"estimated error {error:.3f} edges")
+        return f"<Row: {self.name}: {what}>"
+
     @property
     def call(self) -> str:
         """The call that reproduces the row, on a MeshSet ``ms``."""
@@ -367,6 +372,9 @@ class Comparison:
         """Why, in sentences."""
         return tuple(_reasons(self))
 
+    def __repr__(self) -> str:
+        return f"<Comparison: {len(self.rows) - 1} filters on {self.name}: {self.headline()}>"
+
     def __str__(self) -> str:
         return table(self)
 
@@ -383,7 +391,7 @@ def _by_truth(row: Row) -> float:
 
 def _reasons(found: Comparison) -> Iterable[str]:
     if found.noise.kind == NONE:
-        yield f"The noise measured is {found.noise.level / found.edge:.3f} mean edges, less than a fiftieth."
+        yield f"The noise measured is {found.noise.level_in_edges:.3f} mean edges, less than a fiftieth."
     elif found.noise.kind == UNCLEAR and found.closest is None:
         yield f"{str(found.noise.reason).capitalize()}, so no error can be estimated. Look at the surfaces."
     elif found.trusted:

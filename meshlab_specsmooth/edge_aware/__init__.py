@@ -19,6 +19,7 @@ from dataclasses import replace
 import numpy.typing as npt
 
 from meshlab_specsmooth.adapters import Mesh, accept_meshes, recognize
+from meshlab_specsmooth.bars import begin
 from meshlab_specsmooth.choices import Boundary, Favor, Start
 from meshlab_specsmooth.edge_aware.denoising import FAVORS, denoised
 from meshlab_specsmooth.edge_aware.regions import region_of
@@ -33,9 +34,8 @@ from meshlab_specsmooth.parameters import (
     check_count,
     check_flag,
     check_number,
-    check_progress,
 )
-from meshlab_specsmooth.spectral.progress import Progress
+from meshlab_specsmooth.spectral.progress import Progress, finish
 
 STARTS = ("auto", "given", "smoothed")
 
@@ -133,10 +133,12 @@ def smooth_edge_aware(
         None if barycenter_weight is None else check_barycenter_weight(barycenter_weight),
     )
     favor = check_choice("favor", favor, FAVORS)
+    progress = begin(progress, "assembling")
     source = recognize(mesh, faces)
     surface = source.surface()
     region = region_of(surface, boundary, mask, features, feature_gain, creases)
-    result = denoised(surface, favor, fixed, region, False, check_flag("weld", weld), check_progress(progress))
+    result = denoised(surface, favor, fixed, region, False, check_flag("weld", weld), progress)
+    finish(progress)
     return replace(result, source=source.kept())
 
 
@@ -182,8 +184,10 @@ def denoise(
     True
     """
     favor = check_choice("favor", favor, FAVORS)
+    progress = begin(progress, "assembling")
     source = recognize(mesh, faces)
     surface = source.surface()
     region = region_of(surface, boundary, mask, features, feature_gain, creases)
-    result = denoised(surface, favor, Fixed(), region, True, check_flag("weld", weld), check_progress(progress))
+    result = denoised(surface, favor, Fixed(), region, True, check_flag("weld", weld), progress)
+    finish(progress)
     return replace(result, source=source.kept())

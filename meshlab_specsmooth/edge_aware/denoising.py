@@ -33,7 +33,7 @@ from meshlab_specsmooth.noise import IMPULSE, MOST_WEIGHT, UNCLEAR, Noise, measu
 from meshlab_specsmooth.outliers import describe_outliers, replace_outliers
 from meshlab_specsmooth.parts import Part, describe_left_alone, describe_levels, label_components, split
 from meshlab_specsmooth.smoothing import describe_unused, find_corners, with_sides
-from meshlab_specsmooth.spectral.progress import Progress, part
+from meshlab_specsmooth.spectral.progress import Progress, announce, part
 from meshlab_specsmooth.surface import Booleans, Floats, Integers, Surface
 from meshlab_specsmooth.triangles import describe_lost, find_lost_vertices
 from meshlab_specsmooth.welding import find_copies
@@ -62,13 +62,14 @@ def denoised(
     """The whole of :func:`smooth_edge_aware` and :func:`denoise`: part by part, where noise or scale are not alike."""
     begin = time.perf_counter()
     V, F = surface.vertices, surface.faces
+    announce(progress, "assembling")
     require(_BYTES_PER_FACE * len(F), f"smoothing {len(F)} faces")
     moving, place, G, welded = _used(V, F, weld)
     region = region.on(place, len(moving))
     h = mean_side(V[moving], G) if len(moving) else 0.0
     if h == 0:
         nowhere = _untouched(V.copy(), nothing(0.0), 0.0, np.nan)
-        return replace(nowhere, warning=region.warning, seconds=time.perf_counter() - begin)
+        return replace(nowhere, warning=region.warning, given=surface, seconds=time.perf_counter() - begin)
     X = (V[moving] - V[moving].mean(axis=0)) / h
     mesh = built(X, G, region.judged(len(X)), region.boundary)
     parts = _parts(mesh) if fixed == Fixed() else []
@@ -86,6 +87,7 @@ def denoised(
         vertices=np.where(step != 0, V + step, V),
         displacement=displacement,
         welded=welded,
+        given=surface,
         outliers=moving[result.outliers].astype(np.int64),
         warning="; ".join(
             filter(None, (*mesh.isotropic.doubts, *describe_unused(surface), result.warning, region.warning))
@@ -156,6 +158,7 @@ def _denoise_mesh(
     field = region.field(mesh.F, len(mesh.V))
     report = progress or (lambda _: None)
     report(_BUILT)
+    announce(progress, "measuring noise")
     sample, on, drawn = sample_of(mesh)
     measured = measure(on)
     noise = measured.noise
@@ -175,6 +178,7 @@ def _denoise_mesh(
     if setting is not None:
         rows = [Row(setting, np.nan)]
     else:
+        announce(progress, "choosing")
         estimate = estimate_on(sample, on, measured, _FAVORING[favor])
         # the isotropic filter knows of no creases
         rows = searched(estimate, fixed, with_isotropic and mesh.cut is None, part(progress, _BUILT, _CHOSEN - _BUILT))
@@ -182,6 +186,7 @@ def _denoise_mesh(
             rows = [*rows, drawn_in(estimate, favor)]
         rows = ranked(rows, alike=favor == "position")
     report(_CHOSEN)
+    announce(progress, "smoothing")
     Y, flips = _apply(mesh, rows[0].setting, favor, level, part(progress, _CHOSEN, 1 - _CHOSEN))
     if field is not None:
         Y = X + field[:, None] * (Y - X)

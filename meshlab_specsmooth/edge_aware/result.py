@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
 
 from meshlab_specsmooth.adapters import Source, WithMesh
+from meshlab_specsmooth.describe import Described, Pictured, Rows, count_of, format_length
 from meshlab_specsmooth.noise import Noise
-from meshlab_specsmooth.surface import Floats
+from meshlab_specsmooth.sentences import describe_strays, describe_unmoved, moved_rows
+from meshlab_specsmooth.surface import Floats, Surface
 
 DRAWN_IN = "drawn in"
 
@@ -40,6 +43,18 @@ class Setting:
     passes: int
     barycenter_weight: float
 
+    @property
+    def is_isotropic(self) -> bool:
+        """Whether it is the isotropic filter alone."""
+        return self.passes == 0
+
+    def describe(self) -> str:
+        """The filter and its strength in words."""
+        if self.is_isotropic:
+            first = "impulses drawn in, then " if self.start == DRAWN_IN else ""
+            return f"{first}isotropic smoothing, barycenter weight {self.barycenter_weight:.3g}"
+        return f"edge-aware smoothing, {count_of(self.passes, 'iteration')}"
+
 
 @dataclass(frozen=True)
 class Considered:
@@ -52,8 +67,8 @@ class Considered:
     error: float
 
 
-@dataclass(frozen=True, eq=False)
-class EdgeAwareResult(WithMesh):
+@dataclass(frozen=True, eq=False, repr=False)
+class EdgeAwareResult(WithMesh, Described):
     """The smoothed surface, and the evidence.
 
     Attributes
@@ -94,6 +109,8 @@ class EdgeAwareResult(WithMesh):
         Single stray vertices that were put where their neighbors expect them, where the setting was chosen.
     source : Source or None
         The mesh that was given, for ``mesh``.
+    given : Surface or None
+        The input, for a notebook's picture of before and after.
     """
 
     vertices: Floats
@@ -116,3 +133,52 @@ class EdgeAwareResult(WithMesh):
     welded: int = 0
     outliers: npt.NDArray[np.int64] = field(default_factory=lambda: np.empty(0, dtype=np.int64))
     source: Source | None = field(default=None, repr=False)
+    given: Surface | None = None
+
+    @property
+    def summary(self) -> str:
+        """What was taken, and why, in a sentence."""
+        if self.displacement == 0:
+            return describe_unmoved(self.noise, self.warning)
+        if not self.considered:
+            return describe_strays(self.noise, len(self.outliers))
+        taken, noise = self.considered[0], self.noise
+        if len(self.considered) == 1:
+            return f"{taken.setting.describe()} as given; moved by {format_length(self.displacement, noise.mean_edge)}"
+        if math.isnan(taken.error):
+            why = "what has the least estimated error would change the shape by more than noise explains"
+        else:
+            why = f"estimated error {noise.format_error(taken.error)} edges{self._describe_other(taken)}"
+        return f"took {taken.setting.describe()}: {why}; {noise.summary}"
+
+    def _describe_other(self, taken: Considered) -> str:
+        """The least error of the other filter, if it was tried: the edge-aware or the isotropic one."""
+        others = [row.error for row in self.considered if row.setting.is_isotropic != taken.setting.is_isotropic]
+        name = "edge-aware" if taken.setting.is_isotropic else "isotropic"
+        if not others:
+            return ""
+        error = self.noise.format_error(min(others))
+        return f"; {name} {'as well' if error == self.noise.format_error(taken.error) else error}"
+
+    def rows(self) -> Rows:
+        """What was found and done, and how far vertices moved."""
+        edge, rows = self.noise.mean_edge, [("noise", self.noise.describe_level())]
+        if self.considered and not math.isnan(self.error):
+            rows.append(("estimated error", self.noise.describe_error(self.error)))
+        if len(self.considered) > 1:
+            rows.append(("considered", f"{len(self.considered)} settings"))
+        if self.passes:
+            start = "the surface as given" if self.start == "given" else "the smoothed surface"
+            rows.append(("setting", f"from {start}, strength {self.strength:.3g}, range width {self.range_width:.2g}"))
+        if self.creases:
+            rows.append(("creases", f"{self.creases} edges that nothing crosses"))
+        if self.flips:
+            rows.append(("turned over", f"{self.flips} faces"))
+        if not math.isnan(self.volume_change):
+            rows.append(("volume", f"{self.volume_change:+.2f} %"))
+        strays, seconds = len(self.outliers), self.seconds
+        return [*rows, *moved_rows(self.displacement, edge, strays, self.welded, seconds, self.warning)]
+
+    def pictured(self) -> Pictured | None:
+        """Before and after."""
+        return None if self.given is None else (self.given.vertices, self.vertices, self.given.faces)

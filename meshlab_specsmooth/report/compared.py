@@ -8,11 +8,12 @@ from collections.abc import Iterable
 import numpy.typing as npt
 
 from meshlab_specsmooth.adapters import Mesh, accept_meshes, recognize
+from meshlab_specsmooth.bars import begin
 from meshlab_specsmooth.compare.comparison import Comparison
 from meshlab_specsmooth.compare.competitors import Competitor
 from meshlab_specsmooth.compare.experiment import experiment
 from meshlab_specsmooth.errors import InvalidParameter
-from meshlab_specsmooth.parameters import LARGEST_SEED, check_count, check_path, check_progress, show
+from meshlab_specsmooth.parameters import LARGEST_SEED, check_count, check_path, show
 from meshlab_specsmooth.report import page
 from meshlab_specsmooth.spectral.progress import Progress, part
 from meshlab_specsmooth.surface import Surface
@@ -89,7 +90,7 @@ def compare(
     >>> found.headline()
     'Take specsmooth automatic; the truth agrees'
     """
-    progress = check_progress(progress)
+    progress = begin(progress, "comparing")
     seed = check_count("seed", seed, 0, LARGEST_SEED)
     if name is not None and not isinstance(name, str):
         raise InvalidParameter(f"name is {show(name)}; it must be a string")

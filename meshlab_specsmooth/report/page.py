@@ -201,7 +201,7 @@ def page(found: Comparison, recipe: str = "") -> str:
 
 
 def _noise_words(found: Comparison) -> str:
-    level = found.noise.level / found.edge
+    level = found.noise.level_in_edges
     added = "" if found.added is None else f" ({found.added:g} added on every coordinate, seed {found.seed})"
     kind = "no noise to speak of" if found.noise.kind == "none" else f"{found.noise.kind} noise"
     return f"{kind}, measured at {level:.3f} mean edges{added}"
@@ -209,7 +209,8 @@ def _noise_words(found: Comparison) -> str:
 
 def _noise_details(found: Comparison) -> str:
     noise = found.noise
-    low, level, high = (x / found.edge for x in (noise.low, noise.level, noise.high))
+    edge = noise.mean_edge or 1.0  # as everywhere a level is stated, not that of the truth
+    low, level, high = (x / edge for x in (noise.low, noise.level, noise.high))
     return (
         f"Noise measured along the normals: {level:.4f} mean edges, between {low:.4f} and {high:.4f}, taken for "
         f"{noise.kind}. The estimated errors of the table come from {found.probes} random perturbations, the same for "
