@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import Any
 
 from meshlab_specsmooth.bridge import meshset
@@ -14,7 +15,7 @@ from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.parameters import LARGEST_SEED, check_count, check_path, check_progress, show
 from meshlab_specsmooth.report import page
 from meshlab_specsmooth.spectral.progress import Progress, part
-from meshlab_specsmooth.surface import Surface
+from meshlab_specsmooth.surface import Floats, Surface
 
 # The share of the time that the page takes
 _PAGE = 0.15
@@ -74,7 +75,7 @@ def compare(
     InvalidParameter
         Both a ground truth and noise, noise below 0, or filters that are no names.
     MissingExtra
-        ``out`` without the extra ``report``; all but the page is written by then.
+        ``out`` without the extra ``report``; nothing has been run by then.
     FileError
         ``out`` cannot be written.
 
@@ -93,7 +94,8 @@ def compare(
     if name is not None and not isinstance(name, str):
         raise InvalidParameter(f"name is {show(name)}; it must be a string")
     if out is not None:
-        page.made(check_path("out", out))
+        page.check_extra()
+        page.check_folder(check_path("out", out))
     given = surface_of(mesh)
     found = experiment(
         given,
@@ -104,6 +106,7 @@ def compare(
         name=name or _label(mesh),
         progress=part(progress, 0.0, 1.0 if out is None else 1.0 - _PAGE),
     )
+    found = with_colors(found, mesh)
     if out is not None:
         page.write(found, out)
     if progress is not None:
@@ -120,6 +123,23 @@ def surface_of(mesh: Mesh, name: str = "mesh") -> Surface:
     if isinstance(mesh, tuple | list) and len(mesh) == 2:
         return Surface(*mesh)
     raise InvalidParameter(f"{name} is {show(mesh)}; give a MeshSet, a Surface or (vertices, faces)")
+
+
+def with_colors(found: Comparison, mesh: Mesh) -> Comparison:
+    """The comparison with the colors of a MeshSet's current mesh; arrays have none."""
+    if not hasattr(mesh, "current_mesh"):
+        return found
+    current = mesh.current_mesh()
+    return replace(
+        found,
+        vertex_colors=_several(current.vertex_color_matrix()) if current.has_vertex_color() else None,
+        face_colors=_several(current.face_color_matrix()) if current.has_face_color() else None,
+    )
+
+
+def _several(colors: Floats) -> Floats | None:
+    """Colors without their opacity; None where all are one: so pymeshlab colors a mesh that has none."""
+    return colors[:, :3] if len(colors) and (colors != colors[0]).any() else None
 
 
 def _label(mesh: Mesh) -> str:
