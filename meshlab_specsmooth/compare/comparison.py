@@ -365,15 +365,16 @@ class Comparison:
             where = "on these triangles" if self.noise.kind == UNCLEAR else "on this noise"
             return f"{advice}: so says the truth ({where} no estimate could)"
         if self.noise.kind == NONE:
-            return f"{advice}: there is no noise to speak of"
-        if leave:
+            advice += ": there is no noise to speak of"
+        elif leave:
             advice += ": no filter is surely better" if self.level else ": every filter makes it worse"
         elif self.level:
             advice = f"Take {_alternatives(self.choice, self.level)}: they are level"
-        if self.closest is not None:
-            agrees = _by_truth(self.choice) <= (1 + _ALIKE) * _by_truth(self.closest)
-            return f"{advice}; the truth agrees" if agrees else f"{advice}; by the truth {self.closest.name} is closer"
-        return advice
+        if self.closest is None:
+            return advice
+        if _by_truth(self.choice) > (1 + _ALIKE) * _by_truth(self.closest):
+            return f"{advice}; by the truth {self.closest.name} is closer"
+        return advice if self.noise.kind == NONE else f"{advice}; the truth agrees"
 
     def reasons(self) -> tuple[str, ...]:
         """Why, in sentences."""
@@ -430,6 +431,7 @@ def _priced(row: Row, other: Row) -> str:
 def _reasons(found: Comparison) -> Iterable[str]:
     if found.noise.kind == NONE:
         yield f"The noise measured is {found.noise.level / found.edge:.3f} mean edges, less than a fiftieth."
+        yield from _truth_says(found, found.best)
     elif found.noise.kind == UNCLEAR and found.closest is None:
         yield f"{_why_unclear(found.noise)} Look at the surfaces."
     elif found.trusted:
@@ -598,8 +600,8 @@ def format_estimate(error: float, uncertainty: float, bare: bool = False) -> str
     """
     if not math.isfinite(error):
         return ""
-    if is_bound(error, uncertainty):
-        return f"at most {format_number(error + uncertainty, 3)}"
+    if is_bound(error, uncertainty) or error < 0.0005:
+        return f"at most {format_number(max(error + np.nan_to_num(uncertainty), 0.001), 3)}"
     value = shown(MEASURES["estimated_error"], error)
     return value if bare or not math.isfinite(uncertainty) else f"{value} ± {format_number(uncertainty, 3)}"
 
