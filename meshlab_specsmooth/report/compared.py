@@ -54,7 +54,8 @@ def compare(
         Of that noise.
     filters : iterable of str or Competitor, optional
         Short names (``"laplacian"``, ``"taubin"``, ``"edge-aware"``, ...), names of filters, or calls such as
-        ``"apply_coord_taubin_smoothing(stepsmoothnum=20)"``. All short names but the slow ones by default.
+        ``"apply_coord_taubin_smoothing(stepsmoothnum=20)"``. By default all short names, ``"denoise"`` first, but the
+        slow ones.
     out : path, optional
         A folder for ``comparison.html`` (the extra ``report``), ``comparison.mlp``, a MeshLab project with a layer a
         result, ``comparison.json`` and ``comparison.txt``.
