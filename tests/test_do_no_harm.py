@@ -344,3 +344,20 @@ def test_vertices_that_no_face_uses_need_not_be_finite():
 def test_meshes_of_these_tests_are_what_they_are_meant_to_be():
     assert all(is_closed(Surface(*CAD[name])) for name in ("cylinder", "cone", "gear"))
     assert not is_closed(Surface(*CAD["soup"]))
+
+
+def test_on_a_meshset_such_vertices_stay_or_are_refused_by_number():
+    V, F = rough(torus(24, 20), 0.1)
+    for name in ("apply_coord_spectral_smoothing", "apply_coord_spectral_denoising"):
+        ms = pymeshlab.MeshSet(verbose=False)
+        ms.add_mesh(pymeshlab.Mesh(np.r_[V, [[np.nan, 0, 0]]], F))
+        report = getattr(mss, name)(ms)
+        assert "1 vertices that no face uses are not finite" in report["warning"]
+        assert np.isfinite(ms.current_mesh().vertex_matrix()[:480]).all()
+        assert (ms.current_mesh().vertex_matrix()[:480] != V).any()
+    for name, bad in (("apply_coord_spectral_smoothing", np.inf), ("compute_scalar_by_spectral_displacement", np.nan)):
+        ms = pymeshlab.MeshSet(verbose=False)
+        ms.add_mesh(pymeshlab.Mesh(np.r_[V, [[bad, 0, 0]]], F))
+        with pytest.raises(mss.MeshSetError, match=r"vertex 480 is not finite.*remove vertices that no face uses"):
+            getattr(mss, name)(ms)
+        assert np.array_equal(ms.current_mesh().vertex_matrix()[:480], V)

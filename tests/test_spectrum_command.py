@@ -68,25 +68,26 @@ def test_wrong_usage_is_one_line(scan, tmp_path, capsys, arguments, code, words)
     assert words in capsys.readouterr().err
 
 
-def test_points_at_one_place_have_a_spectrum_without_power(tmp_path, capsys):
+def test_points_at_one_place_have_no_spectrum(tmp_path, capsys):
     path = tmp_path / "point.ply"
     files.write(meshset.new(np.ones((2400, 3)), torus_graph(60, 40)), path)
-    assert main(["spectrum", str(path), "--out", str(tmp_path)]) == 0
-    assert "noise floor 0 a coordinate (0.000 edges)" in capsys.readouterr().out
+    assert main(["spectrum", str(path), "--out", str(tmp_path)]) == 2
+    assert capsys.readouterr().err == "specsmooth: a mesh without edges has no spectrum\n"
 
 
 def test_the_whole_filter_is_what_the_three_steps_do_to_a_wave():
     nx = ny = 24
     F = torus_graph(nx, ny)
-    S = np.asarray(mss.prepare(np.zeros((nx * ny, 3)) + np.eye(3)[0], F).L.graph.symmetric_laplacian().toarray())
+    S = np.asarray(
+        mss.prepare(np.zeros((nx * ny, 3)) + np.eye(3)[0], F, weld=False).L.graph.symmetric_laplacian().toarray()
+    )
     values, waves = np.linalg.eigh(S)
     for k in (5, 100, 400):
         V = np.outer(waves[:, k], [1.0, 2.0, 0.5])
         weight, cutoff = 0.4, 0.9 * values[k]
-        wavelength = np.pi / np.sqrt(cutoff) * mss.prepare(V, F).mean_edge
-        result = mss.smooth(
-            V, F, wavelength=wavelength * 2.0 ** mss.prepare(V, F).exponent, response="heat", barycenter_weight=weight
-        )
+        wavelength = np.pi / np.sqrt(cutoff) * mss.prepare(V, F, weld=False).mean_edge
+        wavelength *= 2.0 ** mss.prepare(V, F, weld=False).exponent
+        result = mss.smooth(V, F, wavelength=wavelength, response="heat", barycenter_weight=weight, weld=False)
         gain = np.exp2(-values[k] / result.cutoff)
         expected = transferred(np.array([values[k]]), np.array([gain]), weight)[0]
         assert result.vertices == pytest.approx(expected * V, abs=2e-3 * abs(V).max())

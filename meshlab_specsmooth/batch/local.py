@@ -19,6 +19,7 @@ from pathlib import Path
 from meshlab_specsmooth import memory, processes
 from meshlab_specsmooth.batch.work import CRASHED, Job, Outcome, failure
 from meshlab_specsmooth.batch.worker import serve
+from meshlab_specsmooth.bridge import temporary
 from meshlab_specsmooth.bridge.interrupts import Hold
 from meshlab_specsmooth.parameters import MOST_WORKERS, check_count, check_number
 
@@ -133,6 +134,9 @@ def _outcomes(jobs: Sequence[tuple[Job, int]], most: int, time_limit: float) -> 
                     worker.tell_to_end()
                 for worker in crew:
                     worker.end()
+                # a process that had to be killed, or was interrupted twice, may have left something
+                for folder in {Path(job.output).parent for job, _ in jobs}:
+                    temporary.sweep(folder)
 
 
 class Worker:

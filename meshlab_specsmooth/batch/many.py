@@ -123,6 +123,7 @@ def batch(
     if scheduler is not None and not isinstance(scheduler, str):
         raise InvalidParameter(f"scheduler is {show(scheduler)}; it must be an address, as 'tcp://host:8786'")
     resume, pictures = check_flag("resume", resume), check_flag("pictures", pictures)
+    force = check_flag("force", force)
     progress, each = check_progress(progress), None if each is None else check_function("each", each)
     workers = None if workers is None else check_count("workers", workers, 1, MOST_WORKERS)
     time_limit = local.check_time_limit(time_limit)

@@ -114,9 +114,10 @@ def in_one_pass(before: Floats, wanted: Floats) -> Floats:
 
     def reach(at: slice) -> None:
         v, t = before[at], reached[at]
-        np.subtract(wanted[at], v, out=t)
+        with np.errstate(invalid="ignore"):
+            np.subtract(wanted[at], v, out=t)
         t += v
-        rounded = t != wanted[at]
+        rounded = (t != wanted[at]) & ~np.isnan(t)  # of vertices that no face uses
         if rounded.any():
             # once more, as t - v may round as well where t is the larger one
             t[rounded] = v[rounded] + (t[rounded] - v[rounded])
@@ -172,6 +173,7 @@ def write(ms: pymeshlab.MeshSet, change: Change, verbosity: Verbosity | None = N
     vertices, quality = mesh.vertex_matrix(), mesh.vertex_scalar_array() if mesh.has_vertex_scalar() else None
     if change.vertices is not None and change.vertices.shape != vertices.shape:
         raise MeshSetError(f"{len(change.vertices)} coordinates for a mesh of {len(vertices)} vertices")
+    check_finite(vertices, is_moved=change.vertices is not None)
     if change.quality is not None and np.abs(vertices).max() > _FARTHEST_WITH_QUALITY:
         raise MeshSetError(
             f"coordinates beyond {_FARTHEST_WITH_QUALITY:.0e} take no vertex quality (pymeshlab crashes); scale them"
@@ -197,7 +199,7 @@ def write(ms: pymeshlab.MeshSet, change: Change, verbosity: Verbosity | None = N
 
     def undo() -> None:
         _silence(ms, known)
-        if not np.array_equal(mesh.vertex_matrix(), vertices):
+        if not np.array_equal(mesh.vertex_matrix(), vertices, equal_nan=True):
             _move(ms, vertices, lambda: None, used)
         if quality is not None and not np.array_equal(mesh.vertex_scalar_array(), quality):
             _transfer_quality(ms, by_place(vertices, quality), lambda: None, used)
@@ -209,6 +211,20 @@ def write(ms: pymeshlab.MeshSet, change: Change, verbosity: Verbosity | None = N
     all_or_nothing(make, undo)
 
 
+def check_finite(vertices: Floats, is_moved: bool) -> None:
+    """Refuse what pymeshlab would damage: NaN may stay where vertices are moved, all else must be finite."""
+    with np.errstate(invalid="ignore"):
+        if np.isfinite(vertices.sum()):
+            return
+    bad = np.isinf(vertices) if is_moved else ~np.isfinite(vertices)
+    rows = np.flatnonzero(bad.any(axis=1))
+    if len(rows):
+        raise MeshSetError(
+            f"vertex {rows[0]} is not finite: {vertices[rows[0]].tolist()}; remove vertices that no face uses first "
+            "(meshing_remove_unreferenced_vertices)"
+        )
+
+
 def _move(ms: pymeshlab.MeshSet, vertices: Floats, may_stop: Callable[[], None], used: list[Stand]) -> bool:
     """Morph the current mesh onto ``vertices``; whether it arrived to the bit."""
     mesh = ms.current_mesh()
@@ -216,7 +232,7 @@ def _move(ms: pymeshlab.MeshSet, vertices: Floats, may_stop: Callable[[], None],
         for _ in range(MOST_MORPHING_PASSES):
             may_stop()
             ms.compute_coord_linear_morphing(targetmesh=target, percentmorph=100.0)
-            if np.array_equal(mesh.vertex_matrix(), vertices):
+            if np.array_equal(mesh.vertex_matrix(), vertices, equal_nan=True):
                 return True
         return False
 

@@ -162,11 +162,12 @@ def _denoise_mesh(
     stays = field is not None and not field.any()
     if stays or (is_automatic and noise.is_left_alone):
         unchanged = _untouched(mesh.V, noise, max(noise.level, noise.resolution), _volume_change(mesh, mesh.V))
-        count = 0 if region.creases is None else len(region.creases)
+        creases = _find_creases(mesh, region, noise, noise.high)
+        count = 0 if creases is None else len(creases)
         return replace(unchanged, creases=count, warning=None if stays else noise.warning)
     X, level = mesh.V, noise.level * _FAVORING[favor]
     whole = mesh
-    creases = creases_by_angle(mesh, region.angle, noise, level) if region.angle is not None else region.creases
+    creases = _find_creases(mesh, region, noise, level)
     if creases is not None:
         mesh, sample = with_creases(mesh, creases), cut_sample(sample, drawn, creases, len(X))
     mesh, sample = (replace(each, drifting=drifting(noise)) for each in (mesh, sample))
@@ -229,19 +230,28 @@ def _denoise_repaired(
     progress: Progress | None,
 ) -> EdgeAwareResult:
     """The same for a mesh whose strays were put back, in units of the edges that it has then."""
-    h = mean_side(repaired.V, repaired.F)
-    rescaled = built(repaired.V / h, repaired.F, repaired.counts, repaired.boundary)
+    center = repaired.V.mean(axis=0)
+    h = mean_side(repaired.V - center, repaired.F)
+    if h == 0:  # without the strays nothing is left
+        return _untouched(mesh.V, nothing(0.0), 0.0, np.nan)
+    rescaled = built((repaired.V - center) / h, repaired.F, repaired.counts, repaired.boundary)
     result = _denoise_mesh(rescaled, favor, Fixed(), region, with_isotropic, progress)
     if result.noise.kind == UNCLEAR:  # then strays cannot be told from shape either
         return replace(_scaled(result, h), vertices=mesh.V)
+    vertices = repaired.V + (result.vertices - rescaled.V) * h
     everyone = np.union1d(outliers, result.outliers)
     return replace(
         _scaled(result, h),
-        vertices=result.vertices * h,
-        volume_change=_volume_change(mesh, result.vertices * h),
+        vertices=vertices,
+        volume_change=_volume_change(mesh, vertices),
         outliers=everyone,
         warning=_joined(describe_outliers(everyone), result.warning),
     )
+
+
+def _find_creases(mesh: Mesh, region: Region, noise: Noise, level: float) -> Integers | None:
+    """Edges that nothing crosses, as given or by their angle; None where neither is asked for."""
+    return region.creases if region.angle is None else creases_by_angle(mesh, region.angle, noise, level)
 
 
 def _find_lost(mesh: Mesh, Y: Floats, level: float) -> Booleans | None:

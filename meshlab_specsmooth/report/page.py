@@ -31,7 +31,7 @@ from meshlab_specsmooth.compare.comparison import (
 from meshlab_specsmooth.errors import FileError, InvalidParameter, MissingExtra
 from meshlab_specsmooth.noise import NONE, UNCLEAR
 from meshlab_specsmooth.report import plots
-from meshlab_specsmooth.report.pictures import HEIGHT_BY_WIDTH, Panel, View, close_up, front, picture
+from meshlab_specsmooth.report.pictures import HEIGHT_BY_WIDTH, Panel, View, close_up, front, render
 from meshlab_specsmooth.surface import Floats, Integers, Surface
 
 # More vertices than this are not drawn, but some that stand for them
@@ -600,7 +600,7 @@ def _pictures(
     with tempfile.TemporaryDirectory(prefix="specsmooth-") as folder:
         path = Path(folder) / "panel.png"
         for shape in shapes:
-            picture(path, [Panel("", Surface(shape.surface.vertices[kept], faces))], views)
+            render(path, [Panel("", Surface(shape.surface.vertices[kept], faces))], views)
             encoded.append("data:image/png;base64," + _text(path.read_bytes()))
     return encoded
 

@@ -6,6 +6,7 @@ import os
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -71,6 +72,12 @@ def picture(path: str | os.PathLike[str], panels: Sequence[Panel], views: Sequen
     FileError
         The file cannot be written.
     """
+    with files.replacing(path) as part:
+        render(part, panels, views)
+
+
+def render(path: Path, panels: Sequence[Panel], views: Sequence[View]) -> None:
+    """The same into a file of a temporary folder, which is written at once; raises :class:`MissingExtra`."""
     try:
         import pyvista
     except ImportError as error:
@@ -88,8 +95,7 @@ def picture(path: str | os.PathLike[str], panels: Sequence[Panel], views: Sequen
                 _draw(plotter, pyvista, mesh, view)
                 if row == 0:
                     plotter.add_text(panel.title, position="upper_edge", font_size=9, color="black")
-        with files.replacing(path) as part:
-            plotter.screenshot(str(part))
+        plotter.screenshot(str(path))
     finally:
         plotter.close()
 
