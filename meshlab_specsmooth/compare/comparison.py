@@ -22,8 +22,9 @@ _BEYOND = {
 # A filter that is so many times faster than another is called so
 _FASTER = 1.5
 
-# Two estimates that differ by less than so many standard errors, or by less than this share, are level
-_SURELY, _ALIKE = 2.0, 0.01
+# Two estimates that differ by less than so many standard errors, or by less than this share, are level; true errors that
+# differ by less than that share are alike
+_SURELY, _LEVEL, _ALIKE = 2.0, 0.03, 0.01
 
 
 @dataclass(frozen=True)
@@ -292,8 +293,8 @@ class Comparison:
 
     @property
     def level(self) -> tuple[Row, ...]:
-        """Other rows that are as good as the best: no further behind than chance, or a hundredth, explains."""
-        limit = _ALIKE * self.best.values.get("estimated_error", math.nan)
+        """Other rows that are as good as the best: no further behind than chance explains, or than three per cent."""
+        limit = _LEVEL * self.best.values.get("estimated_error", math.nan)
         return tuple(
             row
             for row in self.ranked
