@@ -276,6 +276,11 @@ def test_rows_that_are_level_are_in_the_headline_with_their_price(found):
         f"Take {names[0]} (2.00 s) or {names[1]} (0.05 s, 40 times faster): they are level; the truth agrees"
     )
     assert any(f"{names[1]} (0.05 s, 40 times faster); {names[0]} takes 2.00 s" in text for text in tied.reasons())
+    curve, point = next(pair for pair in tied.tuned if not pair[0].competitor.ours)
+    near = {"estimated_error": 1.02 * tied.best.values["estimated_error"], "seconds": 0.1}
+    changed = dataclasses.replace(curve, points=(dataclasses.replace(point, values={**point.values, **near}),))
+    tuned = dataclasses.replace(tied, curves=tuple(changed if each is curve else each for each in tied.curves))
+    assert any("(level, 20 times faster): ms.apply_coord_" in text for text in tuned.reasons())
     rows = page._tables(tied, page_rows(tied))[0]["rows"]
     assert [row["cells"][0]["best"] for row in rows[:3]] == [True, True, False]
     untouched = with_row(tied, tied.rows[0], {}, behind=0.002, behind_uncertainty=0.01)

@@ -22,8 +22,8 @@ _BEYOND = {
 # A filter that is so many times faster than another is called so
 _FASTER = 1.5
 
-# Two estimates that differ by less than so many standard errors, or by less than this share, are level; true errors that
-# differ by less than that share are alike
+# Two estimates that differ by less than so many standard errors, or by less than this share, are level; and true errors
+# that differ by less than that share are alike
 _SURELY, _LEVEL, _ALIKE = 2.0, 0.03, 0.01
 
 
@@ -421,12 +421,16 @@ def _seconds(row: Row) -> float:
 def _priced(row: Row, other: Row) -> str:
     if row.competitor is None:
         return "the mesh as it is"
-    own, others = _seconds(row), _seconds(other)
-    if not math.isfinite(own):
-        return row.name
-    times = others / own if own > 0 and math.isfinite(others) else 1.0
-    faster = f", {format_number(times, 0 if times >= 9.5 else 1)} times faster" if times >= _FASTER else ""
-    return f"{row.name} ({format_number(own, 2)} s{faster})"
+    own = _seconds(row)
+    return f"{row.name} ({format_number(own, 2)} s{_faster(own, other)})" if math.isfinite(own) else row.name
+
+
+def _faster(seconds: float, than: Row) -> str:
+    """By how much something is faster than a row; nothing where it is not, or hardly."""
+    times = _seconds(than) / seconds if seconds > 0 else math.nan
+    if not (math.isfinite(times) and times >= _FASTER):
+        return ""
+    return f", {format_number(times, 0 if times >= 9.5 else 1)} times faster"
 
 
 def _reasons(found: Comparison) -> Iterable[str]:
@@ -483,6 +487,8 @@ def _by_estimate(found: Comparison) -> Iterable[str]:
         if tuned is not None and ours:
             point = tuned[1]
             more = _more_than_best(found, point.values, point.uncertainty)
+            if point.values["estimated_error"] <= (1 + _LEVEL) * best.values["estimated_error"]:
+                more = f" (level{_faster(point.values.get('seconds', math.nan), best) if found.sample is None else ''})"
             error = _estimate(point.values, point.uncertainty)
             yield f"With its strength tuned, the best that MeshLab gets is {error}{more}: {point.call}."
         if found.level:

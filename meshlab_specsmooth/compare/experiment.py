@@ -464,6 +464,7 @@ def _swept(child: Child, competitor: Competitor, bench: _Bench, steps: _Steps) -
         if bench.has_estimates and not isinstance(again, str):
             estimated = bench.estimated(ran.vertices, again)
             values, uncertainty = {"estimated_error": estimated.error, **values}, estimated.uncertainty
+        values = {**values, "seconds": ran.seconds}
         points.append(Point(f"ms.{each.call}", value, values, uncertainty))
     return Curve(competitor, tuple(points))
 
