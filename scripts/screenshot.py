@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The picture of a comparison in the README: ``docs/comparison.png``.
+"""The pictures of the README: ``docs/bunny.png`` and ``docs/comparison.png``.
 
 python3 scripts/screenshot.py
 """
@@ -16,12 +16,30 @@ bootstrap.provide("chromium", "chromium")
 from playwright.sync_api import sync_playwright  # noqa: E402
 
 import meshlab_specsmooth as mss  # noqa: E402
-from meshlab_specsmooth.bridge import files  # noqa: E402
+from meshlab_specsmooth.bridge import files, meshset  # noqa: E402
+from meshlab_specsmooth.compare.metrics import add_noise, normal_error  # noqa: E402
+from meshlab_specsmooth.report.pictures import Panel, front, picture  # noqa: E402
 
 SIZE = {"width": 1360, "height": 1340}
 
 
+def draw_bunny() -> None:
+    """Before, after MeshLab's Taubin filter, and after denoising."""
+    truth = mss.Surface(*meshset.pull(files.read(files.sample("bunny.obj"))))
+    noisy = mss.Surface(add_noise(truth, 0.2, 1), truth.faces)
+    taubin = meshset.new(noisy.vertices, noisy.faces)
+    taubin.apply_coord_taubin_smoothing()
+    smoothed = mss.Surface(*meshset.pull(taubin))
+    denoised = mss.Surface(mss.denoise(noisy.vertices, noisy.faces).vertices, noisy.faces)
+    named = (("noisy", noisy), ("MeshLab's Taubin", smoothed), ("mss.denoise(mesh)", denoised))
+    panels = [
+        Panel(f"{name}\nnormals off by {normal_error(surface, truth):.1f} deg", surface) for name, surface in named
+    ]
+    picture(bootstrap.ROOT / "docs" / "bunny.png", panels, [front(truth)])
+
+
 def main() -> None:
+    draw_bunny()
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
         bunny = files.read(files.sample("bunny.obj"))
         found = mss.compare(bunny, noise=0.2, out=folder, name="bunny.obj")
