@@ -28,9 +28,11 @@ Made from the descriptors in ``filters_xml/`` by ``python3 scripts/make_docs.py`
 """
 
 from collections.abc import Callable
-from typing import Any, Literal, Protocol
+from typing import Literal, Protocol
 
 import pymeshlab
+
+from meshlab_specsmooth.describe import Report
 
 class _Value(Protocol):
     """pymeshlab's PercentageValue (of the bounding-box diagonal) and PureValue."""
@@ -76,7 +78,7 @@ def function(filter_: Descriptor, first: str) -> str:
             "    *,",
             *parameters,
             "    progress: Callable[[float], object] | None = None,",
-            ") -> dict[str, Any]:",
+            ") -> Report:",
             f'    """{documentation[0]}',
             *(f"    {line}".rstrip() for line in documentation[1:]),
             '    """',

@@ -390,7 +390,7 @@ def test_vertices_go_by_their_name_as_well():
 def test_compare_takes_any_mesh(monkeypatch):
     surfaces = []
     monkeypatch.setattr(compared, "experiment", lambda given, truth, **_: surfaces.extend([given, truth]))
-    monkeypatch.setattr(compared, "with_colors", lambda found, mesh: found, raising=False)
+    monkeypatch.setattr(compared, "with_colors", lambda found, mesh: found)
     for given in ((V, F), ((V, F),), (of_trimesh(),), (of_meshset(),)):
         mss.compare(*given, ground_truth=of_trimesh())
     assert all(np.array_equal(surface.vertices, V) for surface in surfaces)

@@ -33,10 +33,8 @@ def test_commands_must_succeed_and_print_what_the_document_says(tmp_path, monkey
 
 def test_only_what_makes_environments_or_runs_the_tests_is_skipped():
     skipped = re.findall(r"<!-- skip: next -->\n```console\n(.*?)```", README, re.DOTALL)
-    assert skipped == ["$ python3 scripts/demo.py
-", "$ pip install '.[fast,report,progress]'
-", "$ python3 scripts/test.py
-"]
+    commands = ["python3 scripts/demo.py", "pip install '.[fast,report,progress]'", "python3 scripts/test.py"]
+    assert skipped == [f"$ {command}\n" for command in commands]
     assert README.count("skip:") == len(skipped)
     assert README.count("```console") > len(skipped)
 

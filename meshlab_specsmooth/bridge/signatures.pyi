@@ -4,9 +4,11 @@ Made from the descriptors in ``filters_xml/`` by ``python3 scripts/make_docs.py`
 """
 
 from collections.abc import Callable
-from typing import Any, Literal, Protocol
+from typing import Literal, Protocol
 
 import pymeshlab
+
+from meshlab_specsmooth.describe import Report
 
 class _Value(Protocol):
     """pymeshlab's PercentageValue (of the bounding-box diagonal) and PureValue."""
@@ -30,7 +32,7 @@ def apply_coord_edge_aware_smoothing(
     crease_angle: float = 0.0,
     weld: bool = True,
     progress: Callable[[float], object] | None = None,
-) -> dict[str, Any]:
+) -> Report:
     """Edge-Aware Smooth, in place on the current mesh.
 
     Smooths the surface and keeps its edges: low-passes the face normals on the graph of faces, with weights that
@@ -94,7 +96,7 @@ def apply_coord_spectral_denoising(
     crease_angle: float = 0.0,
     weld: bool = True,
     progress: Callable[[float], object] | None = None,
-) -> dict[str, Any]:
+) -> Report:
     """Spectral Denoise, in place on the current mesh.
 
     Removes noise and keeps shape, without a parameter: measures the noise, tries the isotropic filter and settings
@@ -145,7 +147,7 @@ def apply_coord_spectral_enhancement(
     features: Literal["none", "vertex_selection", "face_selection", "vertex_quality"] = "none",
     weld: bool = True,
     progress: Callable[[float], object] | None = None,
-) -> dict[str, Any]:
+) -> Report:
     """Spectral Enhance, in place on the current mesh.
 
     Amplifies the surface detail between two wavelengths, or that of marked features: the same three steps as
@@ -200,7 +202,7 @@ def apply_coord_spectral_low_pass(
     selected: bool = ...,
     weld: bool = True,
     progress: Callable[[float], object] | None = None,
-) -> dict[str, Any]:
+) -> Report:
     """Spectral Low-Pass, in place on the current mesh.
 
     Low-passes the coordinates themselves in the spectrum of the mesh Laplacian: plain spectral smoothing, which
@@ -253,7 +255,7 @@ def apply_coord_spectral_smoothing(
     feature_gain: float = 1.0,
     weld: bool = True,
     progress: Callable[[float], object] | None = None,
-) -> dict[str, Any]:
+) -> Report:
     """Spectral Smooth, in place on the current mesh.
 
     Smooths the surface without shrinking it: takes the differential coordinates of the vertices, low-passes them in
@@ -324,7 +326,7 @@ def compute_scalar_by_spectral_displacement(
     boundary: Literal["free", "fixed", "curve", "auto"] = "auto",
     weld: bool = True,
     progress: Callable[[float], object] | None = None,
-) -> dict[str, Any]:
+) -> Report:
     """Spectral Displacement, in place on the current mesh.
 
     Writes into the vertex quality how far Spectral Smooth would move each vertex along its normal, in mesh units,
@@ -377,11 +379,12 @@ def get_spectrum(
     bands: int = 64,
     laplacian: Literal["uniform", "cotangent"] = "uniform",
     progress: Callable[[float], object] | None = None,
-) -> dict[str, Any]:
+) -> Report:
     """Spectrum, in place on the current mesh.
 
     Measures the spectrum of the current mesh: eigenvalue, wavelength and number of modes of each band, the power of
-    the coordinates and of the differential coordinates in it, and the noise floor.
+    the coordinates and of the differential coordinates in it, the noise as the filters measure it, and the noise
+    floor, which counts fine detail as noise.
 
     Parameters
     ----------
@@ -413,7 +416,7 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
         crease_angle: float = 0.0,
         weld: bool = True,
         progress: Callable[[float], object] | None = None,
-    ) -> dict[str, Any]:
+    ) -> Report:
         """Edge-Aware Smooth, in place on the current mesh.
 
         Smooths the surface and keeps its edges: low-passes the face normals on the graph of faces, with weights that
@@ -477,7 +480,7 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
         crease_angle: float = 0.0,
         weld: bool = True,
         progress: Callable[[float], object] | None = None,
-    ) -> dict[str, Any]:
+    ) -> Report:
         """Spectral Denoise, in place on the current mesh.
 
         Removes noise and keeps shape, without a parameter: measures the noise, tries the isotropic filter and settings
@@ -528,7 +531,7 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
         features: Literal["none", "vertex_selection", "face_selection", "vertex_quality"] = "none",
         weld: bool = True,
         progress: Callable[[float], object] | None = None,
-    ) -> dict[str, Any]:
+    ) -> Report:
         """Spectral Enhance, in place on the current mesh.
 
         Amplifies the surface detail between two wavelengths, or that of marked features: the same three steps as
@@ -583,7 +586,7 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
         selected: bool = ...,
         weld: bool = True,
         progress: Callable[[float], object] | None = None,
-    ) -> dict[str, Any]:
+    ) -> Report:
         """Spectral Low-Pass, in place on the current mesh.
 
         Low-passes the coordinates themselves in the spectrum of the mesh Laplacian: plain spectral smoothing, which
@@ -636,7 +639,7 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
         feature_gain: float = 1.0,
         weld: bool = True,
         progress: Callable[[float], object] | None = None,
-    ) -> dict[str, Any]:
+    ) -> Report:
         """Spectral Smooth, in place on the current mesh.
 
         Smooths the surface without shrinking it: takes the differential coordinates of the vertices, low-passes them in
@@ -707,7 +710,7 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
         boundary: Literal["free", "fixed", "curve", "auto"] = "auto",
         weld: bool = True,
         progress: Callable[[float], object] | None = None,
-    ) -> dict[str, Any]:
+    ) -> Report:
         """Spectral Displacement, in place on the current mesh.
 
         Writes into the vertex quality how far Spectral Smooth would move each vertex along its normal, in mesh units,
@@ -760,11 +763,12 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
         bands: int = 64,
         laplacian: Literal["uniform", "cotangent"] = "uniform",
         progress: Callable[[float], object] | None = None,
-    ) -> dict[str, Any]:
+    ) -> Report:
         """Spectrum, in place on the current mesh.
 
         Measures the spectrum of the current mesh: eigenvalue, wavelength and number of modes of each band, the power of
-        the coordinates and of the differential coordinates in it, and the noise floor.
+        the coordinates and of the differential coordinates in it, the noise as the filters measure it, and the noise
+        floor, which counts fine detail as noise.
 
         Parameters
         ----------

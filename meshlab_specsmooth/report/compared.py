@@ -99,17 +99,17 @@ def compare(
     if out is not None:
         page.check_extra()
         page.check_folder(check_path("out", out))
-    given = recognize(mesh, faces).surface()
+    source = recognize(mesh, faces)
     found = experiment(
-        given,
+        source.surface(),
         truth=None if ground_truth is None else surface_of(ground_truth, "ground_truth"),
         added=noise,
         seed=seed,
         filters=filters,
-        name=name or _label(mesh),
+        name=name or _label(source.given),
         progress=part(progress, 0.0, 1.0 if out is None else 1.0 - _PAGE),
     )
-    found = with_colors(found, mesh)
+    found = with_colors(found, source.given)
     if out is not None:
         page.write(found, out)
     if progress is not None:
