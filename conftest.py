@@ -4,7 +4,7 @@ Each block has a folder of its own, with a small ``scan.ply`` to work on. A cons
 each must succeed, and the lines below it, if there are any, must be what it prints.
 
 Console blocks under ``<!-- skip: next -->`` are not run: they make an environment (``python3 scripts/demo.py``), change
-the one that the tests run in (``pip install .``), or start these very tests (``python3 scripts/test.py``).
+the one that the tests run in (``pip install``), or start these very tests (``python3 scripts/test.py``).
 ``tests/test_readme.py`` sees to it that nothing else is skipped.
 """
 

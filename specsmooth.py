@@ -1,38 +1,5 @@
-"""The command ``specsmooth``, outside of the package: an interrupt while that is imported is one line as well."""
+"""The command ``specsmooth``, as it is installed."""
 
-from __future__ import annotations
+from meshlab_specsmooth.__main__ import main
 
-import os
-import signal
-from types import FrameType
-from typing import NoReturn
-
-
-def main() -> int:
-    """Run the command line with the arguments of the process; returns the exit code."""
-    before = signal.getsignal(signal.SIGINT)
-    is_default = before is signal.default_int_handler  # in the background interrupts are ignored, and stay so
-    try:
-        if is_default:
-            signal.signal(signal.SIGINT, _end)
-        from meshlab_specsmooth.cli import main as run
-
-        if is_default:
-            signal.signal(signal.SIGINT, before)
-        return run()
-    except KeyboardInterrupt:
-        _end(signal.SIGINT, None)
-    except MemoryError:
-        return _complain("memory ran out")
-    except ImportError as error:
-        return _complain(f"cannot be imported: {error}")
-
-
-def _end(number: int, frame: FrameType | None) -> NoReturn:
-    """Nothing is begun yet that would have to be undone, and compiled code that is half loaded can crash at the end."""
-    os._exit(_complain("interrupted"))
-
-
-def _complain(problem: str) -> int:
-    os.write(2, f"specsmooth: {' '.join(problem.split())}\n".encode())
-    return 1
+__all__ = ["main"]

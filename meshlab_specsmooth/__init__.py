@@ -1,59 +1,158 @@
 """Spectral mesh smoothing with barycentre constraints, as a filter for pymeshlab.
 
-Arrays in, arrays out: :func:`smooth`, :func:`denoise`, :func:`smooth_edge_aware`, :func:`low_pass`, :func:`enhance`,
-:func:`prepare`, :func:`spectrum`, :func:`estimate_noise`, :func:`estimate_error`, :func:`crossing_faces`. Side by side:
-:func:`compare`. Many files: :func:`batch`. MeshSets, in place, as a MeshLab filter does it:
+Any mesh in (arrays, a mesh of another library, a path), the same kind out: :func:`smooth`, :func:`denoise`,
+:func:`smooth_edge_aware`, :func:`low_pass`, :func:`enhance`, :func:`prepare`, :func:`spectrum`, :func:`estimate_noise`,
+:func:`estimate_error`, :func:`crossing_faces`. Side by side: :func:`compare`. Many files: :func:`batch`.
+MeshSets, in place, as a MeshLab filter does it:
 :func:`apply_coord_spectral_smoothing` and the others of its kind, as functions of a MeshSet, as methods of
 :class:`MeshSet`, or after :func:`register` as methods of pymeshlab's own.
+
+Importing the package loads nothing: each name is loaded when it is first used, and pymeshlab with the first name that
+needs it. The functions on arrays work without pymeshlab.
 """
 
-from meshlab_specsmooth.bars import show_progress
-from meshlab_specsmooth.batch.many import batch
-from meshlab_specsmooth.batch.summary import BatchSummary
-from meshlab_specsmooth.batch.work import Outcome
-from meshlab_specsmooth.bridge import filters as _filters
-from meshlab_specsmooth.bridge.filters import *  # noqa: F403 (each filter, by its name)
-from meshlab_specsmooth.bridge.measures import crossing_faces
-from meshlab_specsmooth.bridge.registry import MeshSet, register, unregister
-from meshlab_specsmooth.compare.comparison import Comparison
-from meshlab_specsmooth.compare.competitors import Competitor
-from meshlab_specsmooth.describe import draw_with as _draw_with
-from meshlab_specsmooth.edge_aware import EdgeAwareResult, denoise, smooth_edge_aware
-from meshlab_specsmooth.errors import (
-    ClusterError,
-    FileError,
-    FilterFailed,
-    InvalidParameter,
-    InvalidSurface,
-    InvalidXml,
-    MeshSetError,
-    MissingExtra,
-    NoDisplay,
-    NotConverged,
-    SpecsmoothError,
-    TooLarge,
-)
-from meshlab_specsmooth.estimation import ErrorEstimate, estimate_error, estimate_noise
-from meshlab_specsmooth.noise import Noise
-from meshlab_specsmooth.report.compared import compare
-from meshlab_specsmooth.report.thumbnails import draw as _draw
-from meshlab_specsmooth.smoothing import Prepared, SmoothingResult, enhance, low_pass, prepare, smooth
-from meshlab_specsmooth.spectrum import Spectrum, spectrum
-from meshlab_specsmooth.surface import Surface
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import sys
+from types import ModuleType
+from typing import TYPE_CHECKING
+
 from meshlab_specsmooth.version import VERSION
+
+if TYPE_CHECKING:
+    from meshlab_specsmooth.bars import show_progress
+    from meshlab_specsmooth.batch.many import batch
+    from meshlab_specsmooth.batch.summary import BatchSummary
+    from meshlab_specsmooth.batch.work import Outcome
+    from meshlab_specsmooth.bridge.measures import crossing_faces
+    from meshlab_specsmooth.bridge.registry import register, unregister
+    from meshlab_specsmooth.bridge.signatures import (
+        MeshSet,
+        apply_coord_edge_aware_smoothing,
+        apply_coord_spectral_denoising,
+        apply_coord_spectral_enhancement,
+        apply_coord_spectral_low_pass,
+        apply_coord_spectral_smoothing,
+        compute_scalar_by_spectral_displacement,
+        get_spectrum,
+    )
+    from meshlab_specsmooth.compare.comparison import Comparison
+    from meshlab_specsmooth.compare.competitors import Competitor
+    from meshlab_specsmooth.describe import Pictured
+    from meshlab_specsmooth.edge_aware import EdgeAwareResult, denoise, smooth_edge_aware
+    from meshlab_specsmooth.errors import (
+        ClusterError,
+        FileError,
+        FilterFailed,
+        InvalidParameter,
+        InvalidSurface,
+        InvalidXml,
+        MeshSetError,
+        MissingExtra,
+        MissingLibrary,
+        NoDisplay,
+        NoPython,
+        NotAMesh,
+        NotConverged,
+        Slow,
+        SpecsmoothError,
+        TooLarge,
+    )
+    from meshlab_specsmooth.estimation import ErrorEstimate, estimate_error, estimate_noise
+    from meshlab_specsmooth.noise import Noise
+    from meshlab_specsmooth.report.compared import compare
+    from meshlab_specsmooth.smoothing import Prepared, SmoothingResult, enhance, low_pass, prepare, smooth
+    from meshlab_specsmooth.spectrum import Spectrum, spectrum
+    from meshlab_specsmooth.surface import Surface
 
 __version__ = VERSION
 
-_draw_with(_draw)  # what notebooks show of results
+# The same names as above, for the interpreter
+_NAMES = {
+    "bars": ("show_progress",),
+    "batch.many": ("batch",),
+    "batch.summary": ("BatchSummary",),
+    "batch.work": ("Outcome",),
+    "bridge.signatures": (
+        "MeshSet",
+        "apply_coord_edge_aware_smoothing",
+        "apply_coord_spectral_denoising",
+        "apply_coord_spectral_enhancement",
+        "apply_coord_spectral_low_pass",
+        "apply_coord_spectral_smoothing",
+        "compute_scalar_by_spectral_displacement",
+        "get_spectrum",
+    ),
+    "bridge.measures": ("crossing_faces",),
+    "bridge.registry": (
+        "register",
+        "unregister",
+    ),
+    "compare.comparison": ("Comparison",),
+    "compare.competitors": ("Competitor",),
+    "edge_aware": (
+        "EdgeAwareResult",
+        "denoise",
+        "smooth_edge_aware",
+    ),
+    "errors": (
+        "ClusterError",
+        "FileError",
+        "FilterFailed",
+        "InvalidParameter",
+        "InvalidSurface",
+        "InvalidXml",
+        "MeshSetError",
+        "MissingExtra",
+        "MissingLibrary",
+        "NoDisplay",
+        "NoPython",
+        "NotAMesh",
+        "NotConverged",
+        "Slow",
+        "SpecsmoothError",
+        "TooLarge",
+    ),
+    "estimation": (
+        "ErrorEstimate",
+        "estimate_error",
+        "estimate_noise",
+    ),
+    "noise": ("Noise",),
+    "report.compared": ("compare",),
+    "smoothing": (
+        "Prepared",
+        "SmoothingResult",
+        "enhance",
+        "low_pass",
+        "prepare",
+        "smooth",
+    ),
+    "spectrum": (
+        "Spectrum",
+        "spectrum",
+    ),
+    "surface": ("Surface",),
+}
+_MODULE_OF = {name: module for module, names in _NAMES.items() for name in names}
+
+
+def draw_before_and_after(pictured: Pictured) -> str:
+    """What notebooks show of a result; this is where results, which know of no pictures, get theirs."""
+    from meshlab_specsmooth.report.thumbnails import draw
+
+    return draw(pictured)
+
 
 __all__ = [
-    *_filters.__all__,
+    "BatchSummary",
+    "ClusterError",
     "Comparison",
     "Competitor",
     "EdgeAwareResult",
     "ErrorEstimate",
-    "BatchSummary",
-    "ClusterError",
     "FileError",
     "FilterFailed",
     "InvalidParameter",
@@ -62,24 +161,35 @@ __all__ = [
     "MeshSet",
     "MeshSetError",
     "MissingExtra",
-    "Noise",
+    "MissingLibrary",
     "NoDisplay",
+    "NoPython",
+    "Noise",
+    "NotAMesh",
     "NotConverged",
     "Outcome",
     "Prepared",
+    "Slow",
     "SmoothingResult",
     "SpecsmoothError",
     "Spectrum",
     "Surface",
     "TooLarge",
     "__version__",
+    "apply_coord_edge_aware_smoothing",
+    "apply_coord_spectral_denoising",
+    "apply_coord_spectral_enhancement",
+    "apply_coord_spectral_low_pass",
+    "apply_coord_spectral_smoothing",
+    "batch",
     "compare",
+    "compute_scalar_by_spectral_displacement",
     "crossing_faces",
     "denoise",
-    "batch",
     "enhance",
     "estimate_error",
     "estimate_noise",
+    "get_spectrum",
     "low_pass",
     "prepare",
     "register",
@@ -89,3 +199,32 @@ __all__ = [
     "spectrum",
     "unregister",
 ]
+
+
+class _Package(ModuleType):
+    """A module in which ``batch``, ``compare`` and ``spectrum`` are the functions, not the submodules of these names.
+
+    Importing a submodule sets an attribute of its name, also where a function of that name was.
+    """
+
+    def __setattr__(self, name: str, value: object) -> None:
+        if not (name in _MODULE_OF and isinstance(value, ModuleType)):
+            super().__setattr__(name, value)
+
+
+sys.modules[__name__].__class__ = _Package
+
+if not TYPE_CHECKING:  # a checker takes any name for defined where it sees this function
+
+    def __getattr__(name: str) -> object:
+        """Load a public name, or a submodule, when it is first used."""
+        if name in _MODULE_OF:
+            value = getattr(importlib.import_module(f"{__name__}.{_MODULE_OF[name]}"), name)
+            globals()[name] = value
+            return value
+        if not name.startswith("_") and importlib.util.find_spec(f"{__name__}.{name}") is not None:
+            return importlib.import_module(f"{__name__}.{name}")
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}", name=name, obj=sys.modules[__name__])
+
+    def __dir__() -> list[str]:
+        return sorted({*globals(), *__all__})

@@ -4,38 +4,24 @@ from __future__ import annotations
 
 import html
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+
+import meshlab_specsmooth
 
 Rows = Sequence[tuple[str, str]]
 
 #: Vertices before, after, and the faces of both: what a picture is made of.
 Pictured = tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.int32]]
 
-#: From these to an image for HTML, or to nothing where it cannot be drawn.
-Draw = Callable[[Pictured], str]
-
 # The least that is shown of a length in mean edges: of an estimate, zero means no more than that it is lower
 _LEAST = 0.001
 
 _TABLE = "border-collapse: collapse; font-variant-numeric: tabular-nums"
 _CELL = "text-align: left; padding: 1px 12px 1px 0"
-
-
-def _draw_nothing(pictured: Pictured) -> str:
-    return ""
-
-
-_draw: Draw = _draw_nothing
-
-
-def draw_with(draw: Draw) -> None:
-    """Set what makes the pictures of notebooks; without it there are tables alone."""
-    global _draw
-    _draw = draw
 
 
 class Described:
@@ -134,7 +120,7 @@ def describe_html(summary: str, rows: Rows, pictured: Pictured | None = None) ->
         f'<tr><th style="{_CELL}">{html.escape(name)}</th><td style="{_CELL}">{html.escape(value)}</td></tr>'
         for name, value in rows
     )
-    picture = "" if pictured is None else _draw(pictured)
+    picture = "" if pictured is None else meshlab_specsmooth.draw_before_and_after(pictured)
     return f'<div><p><b>{html.escape(summary)}</b></p><table style="{_TABLE}">{lines}</table>{picture}</div>'
 
 

@@ -12,10 +12,13 @@ import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from importlib.resources import files
-from typing import NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
-from meshlab_specsmooth.errors import InvalidXml
+from meshlab_specsmooth.errors import FileError, InvalidXml
 from meshlab_specsmooth.xmltree import Element, parse
+
+if TYPE_CHECKING:
+    from importlib.abc import Traversable  # its place in Python 3.10
 
 Value = bool | int | float | str
 
@@ -106,14 +109,34 @@ class Descriptor:
 
 def load(function: str) -> Descriptor:
     """The descriptor of the filter with that Python name, from ``filters_xml/``."""
-    path = files("meshlab_specsmooth.filters_xml") / f"{function}.xml"
+    path = folder() / f"{function}.xml"
     return read(path.read_bytes(), str(path))
 
 
 def names() -> tuple[str, ...]:
     """Python names of all filters, sorted."""
-    found = files("meshlab_specsmooth.filters_xml").iterdir()
-    return tuple(sorted(path.name[: -len(".xml")] for path in found if path.name.endswith(".xml")))
+    return tuple(sorted(path.name[: -len(".xml")] for path in folder().iterdir() if path.name.endswith(".xml")))
+
+
+def folder() -> Traversable:
+    """``filters_xml/``: in an installed package it is a folder of the package, in a clone it lies beside it.
+
+    Raises
+    ------
+    FileError
+        It is in neither place.
+    """
+    package = files("meshlab_specsmooth")
+    inside = package / "filters_xml"
+    if inside.is_dir():
+        return inside
+    # the folder of a package has a parent, on disk (pathlib.Path) as in an archive (zipfile.Path)
+    beside: Traversable = package.parent / "filters_xml"  # type: ignore[attr-defined]
+    if beside.is_dir():
+        return beside
+    raise FileError(
+        f"{inside}: the filters' descriptions are missing; include filters_xml/*.xml when packing the package"
+    )
 
 
 def read(data: bytes, source: str) -> Descriptor:
@@ -327,29 +350,3 @@ def _list(tags: Iterable[str]) -> str:
 
 def _refuse(element: Element, source: str, reason: str) -> NoReturn:
     raise InvalidXml(source, element.line, reason)
-
-
-class Defaults:
-    """The defaults of one filter, by type: for Python functions that share them with it."""
-
-    def __init__(self, descriptor: Descriptor) -> None:
-        self._values = {parameter.name: parameter.default for parameter in descriptor.parameters}
-
-    def text(self, name: str) -> str:
-        """Default of an enum."""
-        value = self._values[name]
-        if not isinstance(value, str):
-            raise TypeError(f"{name} is {type(value).__name__}")
-        return value
-
-    def number(self, name: str) -> float:
-        """Default of a number."""
-        value = self._values[name]
-        if not isinstance(value, int | float):
-            raise TypeError(f"{name} is {type(value).__name__}")
-        return value
-
-
-SMOOTHING_DEFAULTS = Defaults(load("apply_coord_spectral_smoothing"))
-LOW_PASS_DEFAULTS = Defaults(load("apply_coord_spectral_low_pass"))
-ENHANCEMENT_DEFAULTS = Defaults(load("apply_coord_spectral_enhancement"))

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import difflib
+from collections.abc import Iterable
+
 
 class SpecsmoothError(Exception):
     """Base of every error that this package raises on purpose."""
@@ -13,7 +16,7 @@ class InvalidSurface(SpecsmoothError, ValueError):  # noqa: N818 (named for what
     Attributes
     ----------
     array : str
-        ``"vertices"`` or ``"faces"``.
+        ``"vertices"`` or ``"faces"``; ``"mesh"`` of an object that is no mesh.
     index : int or None
         First bad row, where the fault has a place.
     """
@@ -27,6 +30,10 @@ class InvalidSurface(SpecsmoothError, ValueError):  # noqa: N818 (named for what
 
 class InvalidParameter(SpecsmoothError, ValueError):  # noqa: N818
     """A parameter outside what the method allows."""
+
+
+class NotAMesh(InvalidSurface, InvalidParameter):
+    """An object that is no mesh of any kind, where one is wanted."""
 
 
 class NotConverged(SpecsmoothError, ArithmeticError):  # noqa: N818
@@ -57,6 +64,10 @@ class NoDisplay(SpecsmoothError, RuntimeError):  # noqa: N818
     """There is no display to open a window on."""
 
 
+class NoPython(SpecsmoothError, RuntimeError):  # noqa: N818
+    """There is no Python that could be started: the program is frozen, or Python is embedded in another."""
+
+
 class InvalidXml(SpecsmoothError, ValueError):  # noqa: N818
     """An XML file that is malformed or does not follow its grammar: file, line, reason."""
 
@@ -71,3 +82,26 @@ class MissingExtra(SpecsmoothError, ImportError):  # noqa: N818
 
     def __init__(self, what: str, extra: str) -> None:
         super().__init__(f"{what} needs the extra '{extra}': pip install 'meshlab-specsmooth[{extra}]'")
+
+
+class MissingLibrary(SpecsmoothError, ImportError):  # noqa: N818
+    """A required library that is not installed, or that this system cannot load."""
+
+
+def suggest(name: str, known: Iterable[str]) -> str:
+    """What to add to the message about an unknown name: the known name that it is most like, or nothing.
+
+    Examples
+    --------
+    >>> from meshlab_specsmooth.errors import suggest
+    >>> suggest("barycentre_wieght", ["barycenter_weight", "boundary"])
+    ' Did you mean barycenter_weight?'
+    >>> suggest("color", ["barycenter_weight", "boundary"])
+    ''
+    """
+    found = difflib.get_close_matches(name, list(known), n=1)
+    return f" Did you mean {found[0]}?" if found else ""
+
+
+class Slow(UserWarning):
+    """Work that would be much faster with something that is not installed."""

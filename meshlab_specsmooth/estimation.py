@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from meshlab_specsmooth.adapters import Mesh, accept_meshes, recognize
 from meshlab_specsmooth.describe import Described, Rows, format_length
 from meshlab_specsmooth.errors import FilterFailed, InvalidParameter
 from meshlab_specsmooth.graph import blocks
@@ -47,7 +48,8 @@ _LARGEST_MOVE_EXPONENT = 400
 _BYTES_PER_DRAW = 32
 
 
-def estimate_noise(vertices: npt.ArrayLike, faces: npt.ArrayLike) -> Noise:
+@accept_meshes
+def estimate_noise(mesh: Mesh, faces: npt.ArrayLike | None = None) -> Noise:
     """How much noise a surface has along its normals, in mesh units, and of what kind.
 
     The median of the normal component of L^2 V, and levels at other scales to tell kinds apart (see :class:`Noise`).
@@ -58,9 +60,10 @@ def estimate_noise(vertices: npt.ArrayLike, faces: npt.ArrayLike) -> Noise:
 
     Parameters
     ----------
-    vertices : (n, 3) real array
-        In mesh units.
-    faces : (m, 3) integer array
+    mesh : (n, 3) real array, or a mesh of any kind
+        Vertices, in mesh units.
+    faces : (m, 3) integer array, optional
+        As for :func:`meshlab_specsmooth.smooth`.
 
     Raises
     ------
@@ -74,9 +77,10 @@ def estimate_noise(vertices: npt.ArrayLike, faces: npt.ArrayLike) -> Noise:
     >>> mss.estimate_noise(corners, [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]).kind  # too few to tell
     'unclear'
     """
-    mesh = assemble(vertices, faces, "uniform")
+    source = recognize(mesh, faces)
+    made = assemble(source.vertices, source.faces, "uniform")
     with blocks.one_blas_thread():
-        return noise_of(mesh).scaled(mesh.exponent)
+        return noise_of(made).scaled(made.exponent)
 
 
 def noise_of(mesh: Prepared) -> Noise:
@@ -136,10 +140,11 @@ class ErrorEstimate(Described):
         ]
 
 
+@accept_meshes
 def estimate_error(
     filter: Callable[[Floats], npt.ArrayLike],  # noqa: A002 (it is what it is)
-    vertices: npt.ArrayLike,
-    faces: npt.ArrayLike,
+    mesh: Mesh,
+    faces: npt.ArrayLike | None = None,
     *,
     noise: Noise | float | None = None,
     probes: int = _PROBES,
@@ -160,9 +165,10 @@ def estimate_error(
     ----------
     filter : callable
         From (n, 3) vertices to (n, 3) vertices; it gets a copy each time, and must be deterministic.
-    vertices : (n, 3) real array
-        In mesh units.
-    faces : (m, 3) integer array
+    mesh : (n, 3) real array, or a mesh of any kind
+        Vertices, in mesh units.
+    faces : (m, 3) integer array, optional
+        As for :func:`meshlab_specsmooth.smooth`.
     noise : Noise or float, optional
         What to take for noise; a number is the level of white noise, in mesh units. Measured by default.
     probes : int
@@ -191,7 +197,8 @@ def estimate_error(
     (0.2, True)
     """
     filter = check_function("filter", filter)  # noqa: A001
-    prepared = prepare_error(vertices, faces, noise=noise, probes=probes, seed=seed)
+    source = recognize(mesh, faces)
+    prepared = prepare_error(source.vertices, source.faces, noise=noise, probes=probes, seed=seed)
     perturbed = prepared.perturbed() if prepared.draws.any() else []
     V = prepared.surface.vertices
     largest = float(np.ldexp(1.0, min(LARGEST_EXPONENT, _LARGEST_MOVE_EXPONENT + prepared.exponent)))

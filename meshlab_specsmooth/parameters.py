@@ -9,7 +9,7 @@ from __future__ import annotations
 import numbers
 import os
 from collections.abc import Callable, Iterable
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +17,7 @@ import numpy.typing as npt
 from meshlab_specsmooth.errors import InvalidParameter
 
 Function = TypeVar("Function", bound=Callable[..., Any])
+Choice = TypeVar("Choice", bound=str)
 
 # The spacing of numbers about 1
 _EPSILON = 2.0**-52
@@ -131,7 +132,7 @@ def check_count(name: str, value: object, low: int, high: int, what: str = "") -
     raise InvalidParameter(f"{name} is {show(value)}; it must be {what or f'a whole number from {low} to {high}'}")
 
 
-def check_choice(name: str, value: object, known: Iterable[str]) -> str:
+def check_choice(name: str, value: Choice, known: Iterable[str]) -> Choice:
     """One of the names known; raises :class:`InvalidParameter`.
 
     Examples
@@ -144,7 +145,7 @@ def check_choice(name: str, value: object, known: Iterable[str]) -> str:
     """
     names = tuple(known)
     if isinstance(value, str) and value in names:
-        return str(value)
+        return cast(Choice, str(value))  # numpy's strings become plain ones
     raise InvalidParameter(f"{name} is {show(value)}; it must be one of {', '.join(map(repr, names))}")
 
 

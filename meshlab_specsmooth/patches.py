@@ -15,9 +15,9 @@ from meshlab_specsmooth.graph.laplacian import Laplacian
 from meshlab_specsmooth.surface import Booleans, Floats, Integers
 
 # Meshes of more vertices than this are judged by so many patches of so many vertices each
-WHOLE = 8000
-_COUNT = 6
-_SIZE = 1000
+WHOLE = 10_000
+_COUNT = 5
+_SIZE = 1600
 # At least so many vertices must be left where only a part of the mesh counts
 MIN_COUNTED = 200
 

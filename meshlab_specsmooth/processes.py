@@ -10,6 +10,25 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+from meshlab_specsmooth.errors import NoPython
+
+# ``python -c`` puts the working directory before Python's own library, and so it is taken away before anything is
+# imported from there; -P, which does that, came with Python 3.11 only. Then this very package is imported, wherever it
+# was found, from a folder or an archive, and a function of it called. Ctrl-C is for whoever started the process, who
+# then ends it.
+_START = """
+import sys
+if not getattr(sys.flags, "safe_path", False):
+    del sys.path[0]
+import importlib.machinery, importlib.util, signal
+signal.signal(signal.SIGINT, signal.SIG_IGN)
+spec = importlib.machinery.PathFinder.find_spec("meshlab_specsmooth", [sys.argv.pop(1)])
+sys.modules[spec.name] = package = importlib.util.module_from_spec(spec)
+spec.loader.exec_module(package)
+module, function = sys.argv.pop(1).split(":")
+getattr(importlib.import_module(module), function)()
+"""
+
 
 def command(function: Callable[[], object], *arguments: str) -> tuple[str, ...]:
     """What starts a Python that calls a function of this package; to be run with :func:`environment`.
@@ -20,14 +39,25 @@ def command(function: Callable[[], object], *arguments: str) -> tuple[str, ...]:
         Of a module, without arguments; it finds ``arguments`` in ``sys.argv[1:]``.
     arguments : str
 
+    Raises
+    ------
+    NoPython
+        In a frozen program, and where Python is embedded and does not know its executable.
+
     Examples
     --------
     >>> from meshlab_specsmooth import processes
-    >>> processes.command(processes.environment)[2]
+    >>> processes.command(processes.environment)[-1]
     'meshlab_specsmooth.processes:environment'
     """
-    start = str(Path(__file__).with_name("start.py"))
-    return (sys.executable, start, f"{function.__module__}:{function.__qualname__}", *arguments)
+    if getattr(sys, "frozen", False) or not sys.executable:
+        raise NoPython(
+            "this program has no Python that could be started for work that may crash; call smooth, denoise or a "
+            "filter on a MeshSet, which need none"
+        )
+    package = sys.modules[__name__.partition(".")[0]].__path__[0]
+    place = str(Path(package).absolute().parent)
+    return (sys.executable, "-c", _START, place, f"{function.__module__}:{function.__qualname__}", *arguments)
 
 
 def environment() -> dict[str, str]:

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import functools
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, TypeVar, cast
 
 import numpy as np
 import numpy.typing as npt
 
+from meshlab_specsmooth.adapters import Mesh, Source, WithMesh, accept_meshes, recognize
 from meshlab_specsmooth.automatic import FAVORS, Choice, across_the_rim, choose, drifts, robust, without_drift
 from meshlab_specsmooth.bars import begin
+from meshlab_specsmooth.choices import AnyResponse, Boundary, Counting, Favor, LaplacianKind, Method, Response
 from meshlab_specsmooth.describe import Described, Pictured, Rows, count_of, format_length
-from meshlab_specsmooth.descriptors import ENHANCEMENT_DEFAULTS, LOW_PASS_DEFAULTS, SMOOTHING_DEFAULTS
 from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.graph import blocks, order
 from meshlab_specsmooth.graph.build import of_mesh
@@ -89,22 +91,23 @@ _CHOICE = 0.6
 DISPLACEMENT_TOLERANCE = 2.5e-3
 POSITION_TOLERANCE = 1e-7
 
-_RESPONSE = SMOOTHING_DEFAULTS.text("response")
-_PASSES = int(SMOOTHING_DEFAULTS.number("passes"))
-_LAPLACIAN = SMOOTHING_DEFAULTS.text("laplacian")
-_METHOD = SMOOTHING_DEFAULTS.text("method")
-_COUNTING = SMOOTHING_DEFAULTS.text("counting")
-_BOUNDARY = SMOOTHING_DEFAULTS.text("boundary")
-_FAVOR = SMOOTHING_DEFAULTS.text("favor")
-_WELD = bool(SMOOTHING_DEFAULTS.number("weld"))
-_FEATURE_GAIN = SMOOTHING_DEFAULTS.number("feature_gain")
-_LOW_PASS_RESPONSE = LOW_PASS_DEFAULTS.text("response")
-_ENHANCING_RESPONSE = ENHANCEMENT_DEFAULTS.text("response")
-_ENHANCING_WEIGHT = ENHANCEMENT_DEFAULTS.number("barycenter_weight")
-_GAIN = ENHANCEMENT_DEFAULTS.number("gain")
+# Defaults; those of the filters, in filters_xml/, are the same
+_RESPONSE: AnyResponse = "auto"
+_PASSES = 1
+_LAPLACIAN: LaplacianKind = "uniform"
+_METHOD: Method = "auto"
+_COUNTING: Counting = "estimated"
+_BOUNDARY: Boundary = "auto"
+_FAVOR: Favor = "position"
+_WELD = True
+_FEATURE_GAIN = 1.0
+_LOW_PASS_RESPONSE: Response = "ideal"  # noqa: S105 (no password)
+_ENHANCING_RESPONSE: Response = "butterworth"
+_ENHANCING_WEIGHT = 0.1
+_GAIN = 2.0
 
 # Responses that an automatic choice has: one whose polynomial is short whatever the weight, and the paper's
-_CHOSEN_FROM = ("heat", "ideal")
+_CHOSEN_FROM: tuple[Response, ...] = ("heat", "ideal")
 
 # The band that enhancement amplifies without further notice: longer waves are the shape, shorter ones the noise
 LONGEST_ENHANCED_IN_EDGES = 30.0
@@ -119,7 +122,7 @@ Change = Callable[[Laplacian, SpectralFilter, Floats, Progress | None, list[Floa
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SmoothingResult(Described):
+class SmoothingResult(Described, WithMesh):
     """The smoothed surface, and the evidence.
 
     Attributes
@@ -171,6 +174,8 @@ class SmoothingResult(Described):
         Single stray vertices that were put where their neighbors expect them, where the weight was chosen.
     given : Surface or None
         The input, for a notebook's picture of before and after.
+    source : Source or None
+        The mesh that was given, for ``mesh``.
     """
 
     vertices: Floats
@@ -196,6 +201,7 @@ class SmoothingResult(Described):
     warning: str | None = None
     welded: int = 0
     outliers: npt.NDArray[np.int64] = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    source: Source | None = field(default=None, repr=False)
     given: Surface | None = None
 
     @property
@@ -227,6 +233,20 @@ class SmoothingResult(Described):
     def pictured(self) -> Pictured | None:
         """Before and after."""
         return None if self.given is None else (self.given.vertices, self.vertices, self.given.faces)
+
+
+_Smoother = TypeVar("_Smoother", bound=Callable[..., SmoothingResult])
+
+
+def _of_its_source(method: _Smoother) -> _Smoother:
+    """Give results of a method of :class:`Prepared` the mesh that it was made of."""
+
+    @functools.wraps(method)
+    def call(self: Prepared, /, *args: Any, **kwargs: Any) -> SmoothingResult:
+        result = method(self, *args, **kwargs)
+        return result if self.source is None else replace(result, source=self.source)
+
+    return cast(_Smoother, call)
 
 
 @dataclass(frozen=True, eq=False)
@@ -266,6 +286,8 @@ class Prepared:
     spare : deque of lists of (k, 3) float64
         Memory of the last run, up to 144 bytes a vertex, which the next one writes over. A run takes all of it while
         it lasts, so that runs in several threads at once share none.
+    source : Source or None
+        The mesh that was given.
     """
 
     surface: Surface
@@ -283,25 +305,27 @@ class Prepared:
     welded: int = 0
     doubts: tuple[str, ...] = ()
     spare: blocks.Spare = field(default_factory=blocks.no_spare)
+    source: Source | None = None
 
     def __repr__(self) -> str:
         """What it is for, in a line: the arrays are long."""
         V, F = self.surface.vertices, self.surface.faces
         return f"<Prepared: {len(V)} vertices, {len(F)} faces, {self.kind} Laplacian>"
 
+    @_of_its_source
     @blocks.one_blas_thread()
     def smooth(
         self,
         *,
         modes: int | None = None,
         wavelength: float | None = None,
-        response: str = _RESPONSE,
+        response: AnyResponse = _RESPONSE,
         barycenter_weight: float | None = None,
-        favor: str = _FAVOR,
+        favor: Favor = _FAVOR,
         passes: int = _PASSES,
-        method: str = _METHOD,
-        counting: str = _COUNTING,
-        boundary: str = _BOUNDARY,
+        method: Method = _METHOD,
+        counting: Counting = _COUNTING,
+        boundary: Boundary = _BOUNDARY,
         mask: npt.ArrayLike | None = None,
         features: npt.ArrayLike | None = None,
         feature_gain: float = _FEATURE_GAIN,
@@ -327,7 +351,9 @@ class Prepared:
         if len(self.moving) == 0:
             return self._nowhere(modes, wavelength, response, barycenter_weight or MOST_WEIGHT, began)
         all_chosen = modes is wavelength is barycenter_weight is None
-        responses = (response,) if response != "auto" else _CHOSEN_FROM if all_chosen else ("ideal",)
+        responses: tuple[AnyResponse, ...] = (
+            (response,) if response != "auto" else _CHOSEN_FROM if all_chosen else ("ideal",)
+        )
         response = responses[-1]
         if barycenter_weight is None:
             automatic = _Automatic(
@@ -374,6 +400,7 @@ class Prepared:
             result = _with_warning(result, _warning_of(low_pass, len(self.moving)))
         return _with_warning(result, _why_nothing_moves(mask, features, feature_gain))
 
+    @_of_its_source
     @blocks.one_blas_thread()
     def enhance(
         self,
@@ -381,10 +408,10 @@ class Prepared:
         longest: float | None = None,
         shortest: float | None = None,
         gain: float = _GAIN,
-        response: str = _ENHANCING_RESPONSE,
+        response: Response = _ENHANCING_RESPONSE,
         barycenter_weight: float = _ENHANCING_WEIGHT,
-        method: str = _METHOD,
-        boundary: str = _BOUNDARY,
+        method: Method = _METHOD,
+        boundary: Boundary = _BOUNDARY,
         mask: npt.ArrayLike | None = None,
         features: npt.ArrayLike | None = None,
         progress: Progress | None = None,
@@ -431,15 +458,16 @@ class Prepared:
         note = NO_FEATURES if features is not None and not np.any(features) else None
         return _with_warning(result, _why_nothing_moves(mask, None, 0.0) or note)
 
+    @_of_its_source
     @blocks.one_blas_thread()
     def low_pass(
         self,
         *,
         modes: int | None = None,
         wavelength: float | None = None,
-        response: str = _LOW_PASS_RESPONSE,
-        method: str = _METHOD,
-        counting: str = _COUNTING,
+        response: Response = _LOW_PASS_RESPONSE,
+        method: Method = _METHOD,
+        counting: Counting = _COUNTING,
         mask: npt.ArrayLike | None = None,
         progress: Progress | None = None,
     ) -> SmoothingResult:
@@ -640,7 +668,7 @@ class Prepared:
         def smooth_by(weight: float, mask: npt.ArrayLike | None, start: SmoothingResult | None) -> SmoothingResult:
             result = chosen.start.smooth(
                 **automatic.given,
-                response=chosen.choice.response,
+                response=cast(Response, chosen.choice.response),
                 barycenter_weight=weight,
                 mask=mask,
                 features=features,
@@ -1017,14 +1045,15 @@ class _Chosen:
     start: Prepared
 
 
+@accept_meshes
 def prepare(
-    vertices: npt.ArrayLike, faces: npt.ArrayLike, *, laplacian: str = _LAPLACIAN, weld: bool = _WELD
+    mesh: Mesh, faces: npt.ArrayLike | None = None, *, laplacian: LaplacianKind = _LAPLACIAN, weld: bool = _WELD
 ) -> Prepared:
     """Build what does not depend on the parameters, to smooth the same surface many times.
 
     Parameters
     ----------
-    vertices, faces, laplacian, weld
+    mesh, faces, laplacian, weld
         As for :func:`smooth`.
 
     Examples
@@ -1035,7 +1064,8 @@ def prepare(
     >>> [prepared.smooth(modes=k).method for k in (1, 4)]
     ['exact', 'exact']
     """
-    prepared = assemble(vertices, faces, laplacian, weld=weld)
+    source = recognize(mesh, faces)
+    prepared = replace(assemble(source.vertices, source.faces, laplacian, weld=weld), source=source.kept())
     if prepared.L.size <= eigenbasis.DENSE_VERTICES:  # counted exactly
         return prepared
     with blocks.one_blas_thread():
@@ -1135,20 +1165,21 @@ def find_corners(F: Integers, n: int) -> Booleans:
     return found
 
 
+@accept_meshes
 def smooth(
-    vertices: npt.ArrayLike,
-    faces: npt.ArrayLike,
+    mesh: Mesh,
+    faces: npt.ArrayLike | None = None,
     *,
     modes: int | None = None,
     wavelength: float | None = None,
-    response: str = _RESPONSE,
+    response: AnyResponse = _RESPONSE,
     barycenter_weight: float | None = None,
-    favor: str = _FAVOR,
+    favor: Favor = _FAVOR,
     passes: int = _PASSES,
-    laplacian: str = _LAPLACIAN,
-    method: str = _METHOD,
-    counting: str = _COUNTING,
-    boundary: str = _BOUNDARY,
+    laplacian: LaplacianKind = _LAPLACIAN,
+    method: Method = _METHOD,
+    counting: Counting = _COUNTING,
+    boundary: Boundary = _BOUNDARY,
     mask: npt.ArrayLike | None = None,
     features: npt.ArrayLike | None = None,
     feature_gain: float = _FEATURE_GAIN,
@@ -1163,10 +1194,12 @@ def smooth(
 
     Parameters
     ----------
-    vertices : (n, 3) real array
-        In mesh units; never changed.
-    faces : (m, 3) integer array
-        Never changed.
+    mesh : (n, 3) real array, or a mesh of any kind
+        Vertices, in mesh units; or, without ``faces``, a mesh of pymeshlab (a MeshSet's current mesh), trimesh,
+        PyVista, Open3D, meshio or vedo, a tuple of vertices and faces, or the path of a file. Never changed;
+        ``result.mesh`` is one of the same kind.
+    faces : (m, 3) integer array, optional
+        Never changed. Quads and polygons are split into triangles for the computation.
     modes : int, optional
         Number of modes kept, lowest first (the paper's f_a).
     wavelength : float, optional
@@ -1240,7 +1273,8 @@ def smooth(
     """
     start = time.perf_counter()
     progress = begin(progress, "assembling")
-    prepared = assemble(vertices, faces, laplacian, part(progress, 0.0, _ASSEMBLY), weld)
+    source = recognize(mesh, faces)
+    prepared = assemble(source.vertices, source.faces, laplacian, part(progress, 0.0, _ASSEMBLY), weld)
     result = prepared.smooth(
         modes=modes,
         wavelength=wavelength,
@@ -1259,7 +1293,7 @@ def smooth(
     if barycenter_weight is not None:
         result = warn_of_change(prepared, result)
     finish(progress)
-    return replace(result, seconds=time.perf_counter() - start)
+    return replace(result, source=source.kept(), seconds=time.perf_counter() - start)
 
 
 def warn_of_change(prepared: Prepared, result: SmoothingResult) -> SmoothingResult:
@@ -1272,16 +1306,17 @@ def warn_of_change(prepared: Prepared, result: SmoothingResult) -> SmoothingResu
     return _with_warning(result, note)
 
 
+@accept_meshes
 def low_pass(
-    vertices: npt.ArrayLike,
-    faces: npt.ArrayLike,
+    mesh: Mesh,
+    faces: npt.ArrayLike | None = None,
     *,
     modes: int | None = None,
     wavelength: float | None = None,
-    response: str = _LOW_PASS_RESPONSE,
-    laplacian: str = _LAPLACIAN,
-    method: str = _METHOD,
-    counting: str = _COUNTING,
+    response: Response = _LOW_PASS_RESPONSE,
+    laplacian: LaplacianKind = _LAPLACIAN,
+    method: Method = _METHOD,
+    counting: Counting = _COUNTING,
     mask: npt.ArrayLike | None = None,
     weld: bool = _WELD,
     progress: Progress | None = None,
@@ -1305,7 +1340,8 @@ def low_pass(
     """
     start = time.perf_counter()
     progress = begin(progress, "assembling")
-    result = assemble(vertices, faces, laplacian, part(progress, 0.0, _ASSEMBLY), weld).low_pass(
+    source, report = recognize(mesh, faces), part(progress, 0.0, _ASSEMBLY)
+    result = assemble(source.vertices, source.faces, laplacian, report, weld).low_pass(
         modes=modes,
         wavelength=wavelength,
         response=response,
@@ -1315,21 +1351,22 @@ def low_pass(
         progress=part(progress, _ASSEMBLY, 1 - _ASSEMBLY),
     )
     finish(progress)
-    return replace(result, seconds=time.perf_counter() - start)
+    return replace(result, source=source.kept(), seconds=time.perf_counter() - start)
 
 
+@accept_meshes
 def enhance(
-    vertices: npt.ArrayLike,
-    faces: npt.ArrayLike,
+    mesh: Mesh,
+    faces: npt.ArrayLike | None = None,
     *,
     longest: float | None = None,
     shortest: float | None = None,
     gain: float = _GAIN,
-    response: str = _ENHANCING_RESPONSE,
+    response: Response = _ENHANCING_RESPONSE,
     barycenter_weight: float = _ENHANCING_WEIGHT,
-    laplacian: str = _LAPLACIAN,
-    method: str = _METHOD,
-    boundary: str = _BOUNDARY,
+    laplacian: LaplacianKind = _LAPLACIAN,
+    method: Method = _METHOD,
+    boundary: Boundary = _BOUNDARY,
     mask: npt.ArrayLike | None = None,
     features: npt.ArrayLike | None = None,
     weld: bool = _WELD,
@@ -1347,7 +1384,7 @@ def enhance(
         w > 0: the barycentres hold waves back whose eigenvalue is below w, so it is smaller here than for smoothing.
     features : (n,) array of weights in [0, 1] or of bool, optional
         Where to enhance; everywhere by default.
-    vertices, faces, response, laplacian, method, boundary, mask, weld, progress
+    mesh, faces, response, laplacian, method, boundary, mask, weld, progress
         As for :func:`smooth`; so are returns and errors. The result's cut-off is that of the shortest wave.
 
     Examples
@@ -1361,7 +1398,8 @@ def enhance(
     """
     start = time.perf_counter()
     progress = begin(progress, "assembling")
-    result = assemble(vertices, faces, laplacian, part(progress, 0.0, _ASSEMBLY), weld).enhance(
+    source, report = recognize(mesh, faces), part(progress, 0.0, _ASSEMBLY)
+    result = assemble(source.vertices, source.faces, laplacian, report, weld).enhance(
         longest=longest,
         shortest=shortest,
         gain=gain,
@@ -1374,7 +1412,7 @@ def enhance(
         progress=part(progress, _ASSEMBLY, 1 - _ASSEMBLY),
     )
     finish(progress)
-    return replace(result, seconds=time.perf_counter() - start)
+    return replace(result, source=source.kept(), seconds=time.perf_counter() - start)
 
 
 def _passed_on(weight: float) -> PassedOn:

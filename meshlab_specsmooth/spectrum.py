@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from meshlab_specsmooth.adapters import Mesh, accept_meshes, recognize
+from meshlab_specsmooth.choices import LaplacianKind
 from meshlab_specsmooth.describe import Described, Rows, format_length
-from meshlab_specsmooth.descriptors import Defaults, load
 from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.estimation import estimate_noise, noise_of
 from meshlab_specsmooth.graph import blocks
@@ -18,9 +19,9 @@ from meshlab_specsmooth.smoothing import Prepared, assemble
 from meshlab_specsmooth.spectral import density, eigenbasis
 from meshlab_specsmooth.surface import LARGEST_EXPONENT, Floats, check_extent
 
-_DEFAULTS = Defaults(load("get_spectrum"))
-_BANDS = int(_DEFAULTS.number("bands"))
-_LAPLACIAN = _DEFAULTS.text("laplacian")
+# Defaults; those of the filter, in filters_xml/, are the same
+_BANDS = 64
+_LAPLACIAN: LaplacianKind = "uniform"
 
 # Noise is flat over the modes and shape is not: beyond this eigenvalue (waves shorter than 2.9 edges) there is little
 # but noise on a mesh that resolves its shape
@@ -84,15 +85,17 @@ class Spectrum(Described):
         ]
 
 
+@accept_meshes
 def spectrum(
-    vertices: npt.ArrayLike, faces: npt.ArrayLike, *, bands: int = _BANDS, laplacian: str = _LAPLACIAN
+    mesh: Mesh, faces: npt.ArrayLike | None = None, *, bands: int = _BANDS, laplacian: LaplacianKind = _LAPLACIAN
 ) -> Spectrum:
     """Measure the spectrum of a surface.
 
     Parameters
     ----------
-    vertices : (n, 3) real array
-    faces : (m, 3) integer array
+    mesh : (n, 3) real array, or a mesh of any kind
+    faces : (m, 3) integer array, optional
+        As for :func:`meshlab_specsmooth.smooth`.
     bands : int
         Number of bands, equally wide in frequency; without effect up to 1000 vertices.
     laplacian : {"uniform", "cotangent"}
@@ -114,7 +117,8 @@ def spectrum(
     array([0. , 1. , 1. , 1. , 1.5, 1.5])
     """
     bands = check_count("bands", bands, *BANDS)
-    prepared = assemble(vertices, faces, laplacian)
+    source = recognize(mesh, faces)
+    prepared = assemble(source.vertices, source.faces, laplacian)
     if len(prepared.moving) == 0:
         raise InvalidParameter("a mesh without edges has no spectrum")
     check_extent(prepared.exponent, LARGEST_EXPONENT, "power, which is their square")
@@ -122,7 +126,7 @@ def spectrum(
         with blocks.one_blas_thread():
             noise = noise_of(prepared).scaled(prepared.exponent)
     else:
-        noise = estimate_noise(vertices, faces)
+        noise = estimate_noise(source.vertices, source.faces)
     return _measured(prepared, bands, noise)
 
 

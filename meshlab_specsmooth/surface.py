@@ -126,6 +126,25 @@ def _checked_faces(given: Any, vertex_count: int) -> Integers:
         )
     if array.dtype.kind not in "iu":
         raise InvalidSurface("faces", f"has dtype {array.dtype}", "pass integers, e.g. faces.astype(int)")
+    check_indices(array, vertex_count)
+    return np.array(array, dtype=np.int32, order="C", copy=True)
+
+
+def check_indices(array: npt.NDArray[Any], vertex_count: int, face_of: npt.NDArray[Any] | None = None) -> None:
+    """Refuse faces that refer to vertices which are not there.
+
+    Parameters
+    ----------
+    array : (m, k) integers
+    vertex_count : int
+    face_of : (m,) integers, optional
+        The face that each row is of, for the error; by default each row is one.
+
+    Raises
+    ------
+    InvalidSurface
+        Names the first such face.
+    """
     outside = (array < 0) | (array >= vertex_count)
     if outside.any():
         row = int(np.flatnonzero(outside.any(axis=1))[0])
@@ -134,9 +153,8 @@ def _checked_faces(given: Any, vertex_count: int) -> Integers:
             "faces",
             f"refers to vertex {bad} of a mesh with {vertex_count} vertices (0 to {vertex_count - 1})",
             "remove that face or correct its index (indices start at 0)",
-            row,
+            row if face_of is None else int(face_of[row]),
         )
-    return np.array(array, dtype=np.int32, order="C", copy=True)
 
 
 def _as_table(given: Any, name: str, columns: str) -> npt.NDArray[Any]:

@@ -1,14 +1,17 @@
 #!/usr/bin/env python3
-"""Write docs/filters.md, every filter and parameter, from the descriptors.
+"""Write what is made from the descriptors: docs/filters.md, every filter and parameter, and the filters' types.
 
 python3 scripts/make_docs.py
 """
+
+import textwrap
 
 import bootstrap
 
 bootstrap.enter("demo")
 
 from meshlab_specsmooth import descriptors  # noqa: E402
+from meshlab_specsmooth.descriptors import Descriptor, Parameter  # noqa: E402
 
 HEAD = """# The filters
 
@@ -18,6 +21,22 @@ Each is a function of a MeshSet, `mss.NAME(ms, ...)`, a method of `mss.MeshSet`,
 `pymeshlab.MeshSet`, `ms.NAME(...)`. All take keywords only, and a `progress` callback besides. Those that move vertices
 return their evidence as a dict: cut-off, modes, wavelength, iterations, residual, displacement, seconds.
 """
+
+STUB_HEAD = '''"""The filters on MeshSets and their parameters, for type checkers and editors.
+
+Made from the descriptors in ``filters_xml/`` by ``python3 scripts/make_docs.py``.
+"""
+
+from collections.abc import Callable
+from typing import Any, Literal, Protocol
+
+import pymeshlab
+
+class _Value(Protocol):
+    """pymeshlab's PercentageValue (of the bounding-box diagonal) and PureValue."""
+
+    def value(self) -> float: ...
+'''
 
 
 def page() -> str:
@@ -33,5 +52,56 @@ def page() -> str:
     return "\n\n".join(part.strip() for part in parts) + "\n"
 
 
+def stub() -> str:
+    filters = [descriptors.load(name) for name in descriptors.names()]
+    functions = "\n".join(function(filter_, "ms: pymeshlab.MeshSet") for filter_ in filters)
+    methods = "\n".join(textwrap.indent(function(filter_, "self"), "    ") for filter_ in filters)
+    own = '''class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
+    """A pymeshlab MeshSet that knows our filters, without ``register``."""
+'''
+    return f"{STUB_HEAD}\n{functions}\n{own}\n{methods}"
+
+
+def function(filter_: Descriptor, first: str) -> str:
+    parameters = [f"    {p.name}: {type_of(p)} = {default_of(p)}," for p in filter_.parameters]
+    documentation = [f"{filter_.name}, in place on the current mesh.", "", *textwrap.wrap(filter_.help, 112), ""]
+    documentation += ["Parameters", "----------"]
+    for p in filter_.parameters:
+        documentation.append(f"{p.name} : {p.kind}, default {p.shown_default}")
+        documentation += textwrap.wrap(p.help, 108, initial_indent="    ", subsequent_indent="    ")
+    return "\n".join(
+        [
+            f"def {filter_.function}(",
+            f"    {first},",
+            "    *,",
+            *parameters,
+            "    progress: Callable[[float], object] | None = None,",
+            ") -> dict[str, Any]:",
+            f'    """{documentation[0]}',
+            *(f"    {line}".rstrip() for line in documentation[1:]),
+            '    """',
+            "",
+        ]
+    )
+
+
+def type_of(parameter: Parameter) -> str:
+    if parameter.type == "enum":
+        return f"Literal[{', '.join(map(quoted, parameter.values))}]"
+    return {"length": "float | _Value"}.get(parameter.type, parameter.type)
+
+
+def default_of(parameter: Parameter) -> str:
+    """The default as it stands; one that depends on the mesh is left out."""
+    if isinstance(parameter.default, str):
+        return quoted(parameter.default)
+    return repr(parameter.default) if isinstance(parameter.default, bool | int | float) else "..."
+
+
+def quoted(text: str) -> str:
+    return f'"{text}"'
+
+
 if __name__ == "__main__":
     (bootstrap.ROOT / "docs" / "filters.md").write_text(page(), encoding="utf-8")
+    (bootstrap.ROOT / "meshlab_specsmooth" / "bridge" / "signatures.pyi").write_text(stub(), encoding="utf-8")

@@ -24,6 +24,7 @@ from meshlab_specsmooth.batch.work import RECORD_ENDING, Job
 from meshlab_specsmooth.bridge import files, meshset, temporary
 from meshlab_specsmooth.cli import batch as command_line
 from meshlab_specsmooth.cli import main
+from meshlab_specsmooth.graph import backend
 from meshlab_specsmooth.report import contact_sheet
 from meshlab_specsmooth.surface import signed_volume
 from tests.meshes import rough, sheet, torus
@@ -103,6 +104,15 @@ def test_each_mesh_becomes_what_smooth_makes_of_it(tmp_path):
     assert by_name["scan0"].seconds > 0
 
 
+def test_what_numba_would_bring_is_said_by_the_process_that_has_a_standard_error(tmp_path, monkeypatch):
+    monkeypatch.setattr(local, "outcomes", lambda *_: (outcome for outcome in ()))
+    monkeypatch.setattr(backend, "_said", threading.Event())
+    monkeypatch.setattr(backend, "LARGE", 100)
+    monkeypatch.setitem(sys.modules, "numba", None)
+    with pytest.warns(mss.Slow, match="numba is not installed"):
+        batch(scans(tmp_path / "in", 1), tmp_path / "out", pictures=False)
+
+
 def test_the_summary_is_a_file_for_programs_and_one_for_tables(tmp_path, in_this_process):
     summary = batch(scans(tmp_path / "in", 2), tmp_path / "out")
     document = json.loads((tmp_path / "out" / "summary.json").read_text())
@@ -132,7 +142,7 @@ def test_a_damaged_mesh_is_a_line_and_an_exit_code(tmp_path, capsys):
 @posix
 @pytest.mark.no_cover
 def test_a_mesh_that_takes_its_process_down_costs_no_other(tmp_path, monkeypatch):
-    monkeypatch.setattr(local, "COMMAND", (sys.executable, "-c", DYING))
+    monkeypatch.setattr(local, "command", lambda: (sys.executable, "-c", DYING))
     inputs = scans(tmp_path / "in", 3)
     for name in ("killed", "exits", "garbles", "damaged"):
         shutil.copy(inputs / "scan0.ply", inputs / f"{name}.ply")
@@ -313,7 +323,7 @@ def greedy(job):
     return work.run(job)
 worker.serve(greedy)
 """
-    monkeypatch.setattr(local, "COMMAND", (sys.executable, "-c", code))
+    monkeypatch.setattr(local, "command", lambda: (sys.executable, "-c", code))
     monkeypatch.setattr(local.memory, "available", lambda: 2**30)
     assert [outcome.reason for outcome in batch(inputs, tmp_path / "out").outcomes] == ["memory ran out"]
 
@@ -438,7 +448,7 @@ run_there = cluster.run_there
 def run_or_die(job, size, time_limit):
     if "worker" in job.source:
         os._exit(1)
-    local.COMMAND = (sys.executable, "-c", {DYING!r})
+    local.command = lambda: (sys.executable, "-c", {DYING!r})
     return run_there(job, size, time_limit)
 """
 

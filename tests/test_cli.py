@@ -7,6 +7,7 @@ import subprocess
 import sys
 import threading
 import time
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +20,7 @@ from meshlab_specsmooth.cli import demo, main, smooth
 from meshlab_specsmooth.cli.denoise import crossed
 from meshlab_specsmooth.cli.progress import bar
 from meshlab_specsmooth.descriptors import load, names
+from meshlab_specsmooth.graph import backend
 from tests.meshes import rough, torus
 
 
@@ -148,6 +150,13 @@ def test_input_and_output_may_be_the_same_file(scan):
         (["smooth", "NOWHERE", "OUT"], 1, "no such file"),
         (["smooth", "SCAN", "FOLDER"], 1, "is a folder"),
         (["smooth", "SCAN", "OUT.xyzzy"], 1, "cannot be written"),
+        (
+            ["smooth", "SCAN", "OUT", "--baricentre-weight", "0.5", "--xyz=3"],
+            2,
+            "specsmooth smooth: error: unrecognized arguments: --baricentre-weight --xyz. Did you mean "
+            "--barycenter-weight?",
+        ),
+        (["smooth", "SCAN", "OUT", "more"], 2, "specsmooth smooth: error: unrecognized arguments: more"),
         ([], 2, "required: COMMAND"),
         (["fly"], 2, "invalid choice: 'fly'"),
     ],
@@ -159,6 +168,7 @@ def test_errors_are_one_line_and_an_exit_code(scan, tmp_path, run_here, argument
     assert (got, out) == (code, "")
     assert words in err.splitlines()[-1]
     assert "Traceback" not in err
+    assert err.startswith("usage: specsmooth smooth") or "unrecognized" not in words
     assert [line for line in err.splitlines() if line.startswith("specsmooth")] == err.splitlines()[-1:]
     assert [file.name for file in tmp_path.iterdir()] == ["scan.ply"]
 
@@ -366,12 +376,27 @@ def test_the_process_of_a_command_has_its_exit_code_and_streams(scan, tmp_path):
     assert run("smooth", scan, tmp_path / "o.ply", "--modes", "241")[0] == 2
 
 
+def test_that_something_is_slow_is_a_line_and_other_warnings_are_pythons(scan, tmp_path, monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "numba", None)
+    monkeypatch.setattr(backend, "LARGE", 100)
+    monkeypatch.setattr(backend, "_said", threading.Event())
+    assert main(["smooth", str(scan), str(tmp_path / "o.ply"), "--modes", "31"]) == 0
+    line = (
+        "numba is not installed (pip install numba threadpoolctl); without numba this takes two to five times as long"
+    )
+    assert capsys.readouterr().err == f"specsmooth: {line}\n"
+    monkeypatch.setattr(files, "read", lambda *_, **__: warnings.warn("other", stacklevel=1))
+    with pytest.raises(UserWarning, match="other"):
+        main(["smooth", str(scan), str(tmp_path / "o.ply")])
+
+
 # importing the command line is interrupted, or finds no memory
 IMPORTING = """
 import signal, sys
 class Finder:
     def find_spec(self, name, *_):
         if name == "meshlab_specsmooth.cli":
+            from meshlab_specsmooth.errors import FileError
             {how}
 sys.meta_path.insert(0, Finder())
 import specsmooth
@@ -384,6 +409,7 @@ sys.exit(specsmooth.main())
     [
         ("signal.raise_signal(signal.SIGINT)", "interrupted"),
         ("raise MemoryError", "memory ran out"),
+        ("raise FileError('filters_xml: missing')", "filters_xml: missing"),
         ("raise ImportError('cannot map a file')", "cannot be imported: cannot map a file"),
     ],
 )

@@ -353,7 +353,7 @@ def test_wrong_arguments_are_refused():
         mss.compare(CLEAN, seed=-1)
     with pytest.raises(mss.InvalidSurface, match="vertices are too large or too small for squares of areas"):
         mss.compare((np.eye(3) * 1e200, [[0, 1, 2]]))
-    with pytest.raises(mss.InvalidParameter, match="mesh is 3; give a MeshSet"):
+    with pytest.raises(mss.InvalidParameter, match="mesh is 3; pass vertices and faces"):
         mss.compare(3)
     with pytest.raises(mss.InvalidSurface, match="no edge of any length"):
         mss.compare((np.zeros((3, 3)), [[0, 1, 2]]))

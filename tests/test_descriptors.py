@@ -1,8 +1,10 @@
+import inspect
 import re
 
 import pytest
 
-from meshlab_specsmooth import descriptors, xmltree
+import meshlab_specsmooth as mss
+from meshlab_specsmooth import xmltree
 from meshlab_specsmooth.descriptors import Length, load, names, read
 from meshlab_specsmooth.errors import InvalidXml
 
@@ -108,10 +110,40 @@ def test_the_package_s_own_descriptors_are_well_formed_and_named_as_their_files(
             assert parameter.help.endswith("."), (name, parameter.name)
 
 
-def test_the_shared_defaults_have_their_types():
-    assert descriptors.SMOOTHING_DEFAULTS.text("response") == "auto"
-    assert descriptors.SMOOTHING_DEFAULTS.number("barycenter_weight") == 0
-    with pytest.raises(TypeError, match="response is str"):
-        descriptors.SMOOTHING_DEFAULTS.number("response")
-    with pytest.raises(TypeError, match="passes is int"):
-        descriptors.SMOOTHING_DEFAULTS.text("passes")
+# what a filter takes from the MeshSet, and the function on arrays as arrays; and what it has besides
+FROM_THE_MESH = {"features", "selected", "creases", "crease_angle"}
+ARRAYS = {"mask", "features", "creases", "progress", "mesh", "vertices", "faces"}
+# what the displacement as quality is computed without; and what enhancement means by "auto", as it chooses no weight
+WITHOUT = {"compute_scalar_by_spectral_displacement": {"feature_gain"}}
+MEANT = {"apply_coord_spectral_enhancement": {"boundary": "fixed"}}
+
+
+@pytest.mark.parametrize(
+    ("name", "function"),
+    [
+        ("apply_coord_spectral_smoothing", mss.smooth),
+        ("compute_scalar_by_spectral_displacement", mss.smooth),
+        ("apply_coord_spectral_low_pass", mss.low_pass),
+        ("apply_coord_spectral_enhancement", mss.enhance),
+        ("apply_coord_spectral_denoising", mss.denoise),
+        ("apply_coord_edge_aware_smoothing", mss.smooth_edge_aware),
+        ("get_spectrum", mss.spectrum),
+    ],
+)
+def test_a_filter_and_its_function_on_arrays_have_the_same_parameters_and_defaults(name, function):
+    described = {p.name: p.default for p in load(name).parameters if p.name not in FROM_THE_MESH}
+    parameters = inspect.signature(function).parameters
+    left_out = ARRAYS | WITHOUT.get(name, set())
+    defaults = {key: p.default for key, p in parameters.items() if key not in left_out} | MEANT.get(name, {})
+    assert described.keys() == defaults.keys()
+    # a filter's parameters all have a value: 0 stands for one that is not given
+    assert described == {key: 0 if default is None else default for key, default in defaults.items()}
+
+
+def test_the_methods_of_a_prepared_surface_have_the_defaults_of_the_functions():
+    for name in ("smooth", "low_pass", "enhance"):
+        function = inspect.signature(getattr(mss, name)).parameters
+        method = inspect.signature(getattr(mss.Prepared, name)).parameters
+        common = method.keys() & function.keys() - {"self"}
+        assert len(common) > 5
+        assert {key: method[key].default for key in common} == {key: function[key].default for key in common}

@@ -10,12 +10,14 @@ import pytest
 ROOT = Path(__file__).parent.parent
 
 
-def test_the_page_of_filters_is_that_of_the_descriptors(monkeypatch):
+def test_the_page_and_the_types_of_filters_are_those_of_the_descriptors(monkeypatch):
     monkeypatch.syspath_prepend(str(ROOT / "scripts"))
     bootstrap = importlib.import_module("bootstrap")
     monkeypatch.setattr(bootstrap, "enter", lambda extra: None)  # it would start this very process anew
-    page = importlib.import_module("make_docs").page()
-    assert (ROOT / "docs" / "filters.md").read_text(encoding="utf-8") == page, "run scripts/make_docs.py"
+    make_docs = importlib.import_module("make_docs")
+    stub = ROOT / "meshlab_specsmooth" / "bridge" / "signatures.pyi"
+    for file, made in ((ROOT / "docs" / "filters.md", make_docs.page()), (stub, make_docs.stub())):
+        assert file.read_text(encoding="utf-8") == made, "run scripts/make_docs.py"
 
 
 @pytest.mark.no_cover

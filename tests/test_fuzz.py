@@ -43,9 +43,7 @@ PIECES = [
         "\ufeff",
     ),
 ]
-SHIPPED = [
-    descriptors.files("meshlab_specsmooth.filters_xml").joinpath(f"{n}.xml").read_bytes() for n in descriptors.names()
-]
+SHIPPED = [descriptors.folder().joinpath(f"{n}.xml").read_bytes() for n in descriptors.names()]
 SCRIPT = (
     "<!DOCTYPE FilterScript>\n<FilterScript>\n"
     + scripts.step_of(

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+import threading
 from unittest import mock
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth.graph import blocks, build, counting, kernels, order
+from meshlab_specsmooth.graph import backend, blocks, build, counting, kernels, order
 from meshlab_specsmooth.graph.build import of_mesh, weighted
 from meshlab_specsmooth.graph.compiled import CompiledKernels
 from meshlab_specsmooth.graph.laplacian import Laplacian, laplacian
@@ -154,18 +155,49 @@ def test_the_whole_filter_is_the_same_without_the_extra(monkeypatch):
     given_ = {"modes": 30, "boundary": "curve", "method": "chebyshev"}
     mesh = rough(sheet(40, 30))
     compiled = mss.smooth(*mesh, **given_)
-    for module in ("compiled", "counting"):  # as if numba could not be imported
-        monkeypatch.setitem(sys.modules, f"meshlab_specsmooth.graph.{module}", None)
-    monkeypatch.delattr("meshlab_specsmooth.graph.counting")
+    monkeypatch.setitem(sys.modules, "numba", None)  # as if it were not installed
     reference = mss.smooth(*mesh, **given_)
     assert (compiled.kernels, reference.kernels) == ("numba", "scipy")
     assert np.abs(compiled.vertices - reference.vertices).max() < 1e-12 * np.abs(mesh[0]).max()
 
 
-def test_without_numba_scipy_is_used():
-    code = "import sys; sys.modules['numba'] = None\nimport meshlab_specsmooth as mss\n"
-    code += "print(mss.smooth([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]).kernels)"
-    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "scipy\n"
+@pytest.fixture
+def warned(monkeypatch):
+    """As if no warning had been given yet, and meshes of some hundred vertices were large."""
+    monkeypatch.setattr(backend, "_said", threading.Event())
+    monkeypatch.setattr(backend, "LARGE", 300)
+    backend._failure.cache_clear()
+    yield
+    backend._failure.cache_clear()
+
+
+def test_without_numba_scipy_is_used_and_for_large_meshes_one_line_says_so(monkeypatch, warned):
+    monkeypatch.setitem(sys.modules, "numba", None)  # as if it were not installed
+    assert mss.smooth(*rough(sheet(6, 5)), modes=9).kernels == "scipy"
+    mesh = rough(torus(20, 16))
+    with pytest.warns(mss.Slow) as caught:
+        _ = mss.smooth(*mesh, modes=9), mss.smooth_edge_aware(*mesh, strength=1.0, range_width=0.3, passes=1)
+    (warning,) = caught
+    assert str(warning.message) == (
+        "numba is not installed (pip install numba threadpoolctl); without numba this takes two to five times as long"
+    )
+    assert warning.filename == __file__  # where the package was called
+
+
+@pytest.mark.parametrize("error", [ImportError, OSError])
+def test_a_numba_that_cannot_be_loaded_is_told_of_and_done_without(monkeypatch, warned, error):
+    def fail(name):
+        raise error(f"{name} is too old")
+
+    monkeypatch.setattr(backend.importlib, "import_module", fail)
+    with pytest.warns(mss.Slow, match=r"numba cannot be loaded: numba is too old \(pip install --upgrade numba\);"):
+        assert mss.smooth(*rough(torus(20, 16)), modes=9).kernels == "scipy"
+
+
+def test_errors_inside_of_compiled_modules_are_errors(monkeypatch):
+    monkeypatch.setitem(sys.modules, "meshlab_specsmooth.graph.compiled", None)
+    with pytest.raises(ImportError, match="compiled"):
+        mss.smooth(*rough(sheet(5, 5)), modes=3)
 
 
 def test_compiled_code_is_kept_on_disk():

@@ -12,11 +12,12 @@ MODULES = sorted(PACKAGE.rglob("*.py"))
 
 # a room may use those before it
 ROOMS = [
-    {"version", "errors", "memory", "processes", "start"},
-    {"parameters"},
+    {"version", "errors", "memory", "processes"},
+    {"parameters", "choices"},
     {"bars", "describe"},
     {"xmltree", "descriptors"},
     {"surface"},
+    {"adapters"},
     {"graph", "welding"},
     {"patches", "triangles", "outliers"},
     {"response"},

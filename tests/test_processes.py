@@ -50,8 +50,8 @@ def test_entries_of_the_python_path_stay(monkeypatch, tmp_path):
 
 
 def test_so_does_a_worker_of_a_batch_start(hostile_folder):
-    assert local.COMMAND == processes.command(serve)
+    assert local.command() == processes.command(serve)
     given = {"stdin": subprocess.DEVNULL, "capture_output": True, "check": False, "env": processes.environment()}
-    done = subprocess.run(local.COMMAND, **given)
+    done = subprocess.run(local.command(), **given)
     assert (done.stdout, done.stderr) == (b"", b"")
     assert not (hostile_folder / "ran").exists()

@@ -33,7 +33,7 @@ def test_commands_must_succeed_and_print_what_the_document_says(tmp_path, monkey
 
 def test_only_what_makes_environments_or_runs_the_tests_is_skipped():
     skipped = re.findall(r"<!-- skip: next -->\n```console\n(.*?)```", README, re.DOTALL)
-    assert skipped == ["$ python3 scripts/demo.py\n", "$ pip install .\n", "$ python3 scripts/test.py\n"]
+    assert skipped == ["$ python3 scripts/demo.py\n", "$ pip install '.[fast]'\n", "$ python3 scripts/test.py\n"]
     assert README.count("skip:") == len(skipped)
     assert README.count("```console") > len(skipped)
 

@@ -100,6 +100,12 @@ def test_filters_are_found_and_listed(registered):
     for words in ("Spectral Smooth", "spectral smoothing", "smoothing spectral", "apply_coord_spectral_smoothing"):
         assert "apply_coord_spectral_smoothing" in printed(pymeshlab.search, words)
     assert "get_spectrum" not in printed(pymeshlab.search, "taubin")
+    lines = printed(pymeshlab.search, "smooth").splitlines()
+    assert {line.split()[0] for line in lines} == set(filters.FILTERS) - {"get_spectrum"}
+    assert len({line.index(":") for line in lines}) == 1
+    assert all(line.split()[2] == f"help(meshlab_specsmooth.{line.split()[0]})" for line in lines)
+    for words in ("low-pass", "lowpass", "Low Pass", "low_pass"):
+        assert "apply_coord_spectral_low_pass " in printed(pymeshlab.search, words)
     assert "get_spectrum" in printed(pymeshlab.print_filter_list)
     listed = printed(pymeshlab.print_filter_parameter_list, "apply_coord_spectral_smoothing")
     assert "barycenter_weight : float in [0, 1000] = 0.0" in listed
@@ -126,6 +132,8 @@ def test_what_is_not_ours_goes_through(registered):
     ms = pymeshlab.MeshSet()
     with pytest.raises(pymeshlab.PyMeshLabException, match="Failed to apply filter: nope"):
         ms.apply_filter("nope")
+    with pytest.raises(pymeshlab.PyMeshLabException, match=r"Did you mean apply_coord_spectral_smoothing\?"):
+        ms.apply_filter("apply_coord_spectral_smothing")
     assert ms.create_sphere() is None
     assert ms.apply_filter("create_sphere") == {}
     assert ms.get_geometric_measures()["mesh_volume"] > 0

@@ -8,7 +8,6 @@ from hypothesis import given, settings
 
 import meshlab_specsmooth as mss
 from meshlab_specsmooth import memory, reconstruction
-from meshlab_specsmooth.descriptors import load
 from meshlab_specsmooth.response import RESPONSES, response
 from meshlab_specsmooth.surface import signed_volume
 from tests.meshes import (
@@ -446,14 +445,6 @@ def test_by_default_waves_longer_than_20_edges_are_kept():
     result = mss.smooth(*CLOSED)
     assert result.wavelength == pytest.approx(20 * result.mean_edge)
     assert np.isnan(result.modes_error)  # the number of modes is Weyl's law, not a count
-
-
-def test_the_defaults_are_those_of_the_descriptor():
-    described = {p.name: p.default for p in load("apply_coord_spectral_smoothing").parameters}
-    names = ("response", "favor", "passes", "laplacian", "method", "boundary", "feature_gain")
-    explicit = {name: described[name] for name in names}
-    assert described["barycenter_weight"] == 0  # not given, as of modes and wavelength
-    assert np.array_equal(mss.smooth(*OPEN, **explicit).vertices, mss.smooth(*OPEN).vertices)
 
 
 @pytest.mark.parametrize(

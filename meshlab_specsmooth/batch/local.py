@@ -23,9 +23,6 @@ from meshlab_specsmooth.bridge import temporary
 from meshlab_specsmooth.bridge.interrupts import Hold
 from meshlab_specsmooth.parameters import MOST_WORKERS, check_count, check_number
 
-#: What a worker is started with; its standard streams are those of ``batch/worker.py``.
-COMMAND = processes.command(serve)
-
 # Bytes of memory for a byte of the file, at the peak: a binary PLY has 38 bytes a vertex, two faces included, of which
 # pymeshlab makes some 500 and smoothing 800 more. Compressed formats have a tenth of the bytes.
 _FACTOR, _COMPRESSED_FACTOR = 40, 400
@@ -38,6 +35,11 @@ _LENIENCE = 4
 _ONE_BLAS_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 # how long a worker may take to clean up after itself when it is told to end
 _PATIENCE = 5.0
+
+
+def command() -> tuple[str, ...]:
+    """What a worker is started with; its standard streams are those of ``batch/worker.py``."""
+    return processes.command(serve)
 
 
 def bytes_needed(path: str, size: int) -> int:
@@ -186,7 +188,7 @@ class Worker:
     def _started(self) -> subprocess.Popen[bytes] | None:
         if self._process is None and not self._is_ended:
             self._process = subprocess.Popen(  # noqa: S603 (our own module)
-                COMMAND,
+                command(),
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.DEVNULL,

@@ -18,6 +18,7 @@ from meshlab_specsmooth.batch.work import NOT_RUN, Job, Outcome, failure, portab
 from meshlab_specsmooth.bridge.filters import FILTERS
 from meshlab_specsmooth.bridge.parameters import resolved_anywhere
 from meshlab_specsmooth.errors import FileError, InvalidParameter
+from meshlab_specsmooth.graph import backend
 from meshlab_specsmooth.parameters import (
     MOST_WORKERS,
     check_choice,
@@ -35,6 +36,9 @@ FILTER = "apply_coord_spectral_smoothing"
 
 #: Seconds for a mesh: ten million vertices take a hundredth of it.
 TIME_LIMIT = 3600.0
+
+# Of a binary PLY file, two faces included
+_BYTES_PER_VERTEX = 38
 
 
 def batch(
@@ -134,6 +138,9 @@ def batch(
     folder = Path(out).absolute()
     for place in sorted({str(folder), *(os.path.dirname(source.output) for source in found)}):  # noqa: PTH120
         _make(Path(place))
+    if scheduler is None:
+        # the processes' own words go nowhere
+        backend.is_compiled(max((source.size for source in found), default=0) // _BYTES_PER_VERTEX)
     jobs = [(Job(source.path, source.output, filter_name, given, resume, force), source.size) for source in found]
     coming = (
         local.outcomes(jobs, workers, time_limit)

@@ -49,11 +49,22 @@ _ASSEMBLY, _WRITING = 0.2, 0.65
 # What pymeshlab takes for a moment when new coordinates are written: two point clouds, and the old coordinates
 _WRITING_BYTES_PER_VERTEX = 205
 
+# What does the same without a MeshSet
+_ON_OTHER_MESHES = {
+    "apply_coord_edge_aware_smoothing": "smooth_edge_aware(mesh)",
+    "apply_coord_spectral_denoising": "denoise(mesh)",
+    "apply_coord_spectral_enhancement": "enhance(mesh)",
+    "apply_coord_spectral_low_pass": "low_pass(mesh)",
+    "apply_coord_spectral_smoothing": "smooth(mesh)",
+    "compute_scalar_by_spectral_displacement": "smooth(mesh), whose vertices are compared with the mesh's",
+    "get_spectrum": "spectrum(mesh)",
+}
+
 #: Our filters by Python name.
 FILTERS: dict[str, Filter] = {}
 
 # Fields of results that are no evidence
-_SURFACES = ("vertices", "given")
+_SURFACES = ("vertices", "given", "source")
 
 # A report of more vertices keeps no surfaces for a picture: a notebook keeps all that it has shown
 _MOST_PICTURED = 200_000
@@ -94,6 +105,20 @@ def _documentation(descriptor: Descriptor, own: str) -> str:
     return "\n".join(lines)
 
 
+def _signature(descriptor: Descriptor) -> inspect.Signature:
+    """The parameters by name, for editors and notebooks."""
+    kinds = {"bool": bool, "int": int, "enum": str}
+    parameters = [inspect.Parameter("ms", inspect.Parameter.POSITIONAL_OR_KEYWORD, annotation=pymeshlab.MeshSet)]
+    parameters += [
+        inspect.Parameter(
+            each.name, inspect.Parameter.KEYWORD_ONLY, default=each.default, annotation=kinds.get(each.type, float)
+        )
+        for each in descriptor.parameters
+    ]
+    parameters.append(inspect.Parameter("progress", inspect.Parameter.KEYWORD_ONLY, default=None))
+    return inspect.Signature(parameters, return_annotation=dict)
+
+
 def mesh_filter(implementation: Implementation) -> Filter:
     """Make a filter of a function of the MeshSet, the values of all parameters by name, and a progress callback.
 
@@ -105,7 +130,10 @@ def mesh_filter(implementation: Implementation) -> Filter:
         start = time.perf_counter()
         progress = begin(parameters.pop("progress", None), "assembling")
         if not isinstance(ms, pymeshlab.MeshSet):
-            raise InvalidParameter(f"ms is {show(ms)}; it must be a pymeshlab.MeshSet")
+            raise InvalidParameter(
+                f"ms is {show(ms)}; it must be a pymeshlab.MeshSet, which is changed in place; for other meshes: "
+                f"meshlab_specsmooth.{_ON_OTHER_MESHES[descriptor.function]}"
+            )
         values = resolve(descriptor, parameters, ms)
         if descriptor.needs_faces and ms.current_mesh().face_number() == 0:
             # the quotation mark is pymeshlab's
@@ -138,6 +166,7 @@ def mesh_filter(implementation: Implementation) -> Filter:
 
     call.__name__ = call.__qualname__ = implementation.__name__
     call.__module__ = implementation.__module__
+    call.__signature__ = _signature(descriptor)  # type: ignore[attr-defined]
     call.__doc__ = _documentation(descriptor, inspect.getdoc(implementation) or "")
     FILTERS[call.__name__] = call
     return call

@@ -10,7 +10,7 @@ from pymeshlab import InvalidEnumException
 from pymeshlab import PyMeshLabException as PyMeshLabException
 
 from meshlab_specsmooth.descriptors import AnySelected, Descriptor, Length, Parameter
-from meshlab_specsmooth.errors import InvalidParameter
+from meshlab_specsmooth.errors import InvalidParameter, suggest
 from meshlab_specsmooth.parameters import show
 
 
@@ -37,6 +37,7 @@ def resolve(descriptor: Descriptor, given: dict[str, Any], ms: pymeshlab.MeshSet
         if name not in known:
             raise PyMeshLabException(
                 f"Parameter {name} not found for filter {descriptor.function}. Please check the documentation."
+                + suggest(name, known)
             )
     values = {name: value(known[name], given.get(name, known[name].default), ms) for name in known}
     if "selected" not in given and values.get("features") in ("vertex_selection", "face_selection"):

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import contextlib
+import inspect
+import re
 import threading
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -14,7 +16,7 @@ from meshlab_specsmooth import descriptors
 from meshlab_specsmooth.bridge import scripts
 from meshlab_specsmooth.bridge.filters import FILTERS
 from meshlab_specsmooth.bridge.parameters import resolve
-from meshlab_specsmooth.errors import SpecsmoothError
+from meshlab_specsmooth.errors import SpecsmoothError, suggest
 
 _lock = threading.Lock()
 _undo: list[Callable[[], None]] = []
@@ -87,7 +89,14 @@ def _methods() -> dict[str, Any]:
     def apply_filter(self: Any, filter_name: str, **kwargs: Any) -> Any:
         if isinstance(filter_name, str) and filter_name in FILTERS:
             return FILTERS[filter_name](self, **kwargs)
-        return native["apply_filter"](self, filter_name, **kwargs)
+        try:
+            return native["apply_filter"](self, filter_name, **kwargs)
+        except PyMeshLabException as error:
+            is_unknown = isinstance(filter_name, str) and filter_name not in pymeshlab.filter_list()
+            remedy = suggest(filter_name, FILTERS) if is_unknown else ""
+            if not remedy:
+                raise
+            raise PyMeshLabException(f"{error}{remedy}") from error
 
     def filter_parameter_values(self: Any, filter_name: str, **kwargs: Any) -> Any:
         if isinstance(filter_name, str) and filter_name in FILTERS:
@@ -124,6 +133,9 @@ def _method(name: str) -> Callable[..., Any]:
 
     method.__name__ = method.__qualname__ = name
     method.__doc__ = FILTERS[name].__doc__
+    _, *parameters = inspect.signature(FILTERS[name]).parameters.values()
+    own = inspect.Parameter("self", inspect.Parameter.POSITIONAL_OR_KEYWORD)
+    method.__signature__ = inspect.Signature([own, *parameters])  # type: ignore[attr-defined]
     return method
 
 
@@ -143,11 +155,11 @@ def _module_functions() -> dict[str, Any]:
 
     def search(keyword: str) -> None:
         native["search"](keyword)
-        words = keyword.lower().replace("_", " ").split()
-        for name in FILTERS:
-            text = f"{name} {descriptors.load(name).name}".lower()
-            if all(word in text for word in words):
-                print(f"{name} : meshlab_specsmooth, docs/filters.md#{name}")  # noqa: T201 (as pymeshlab's own does)
+        found = [descriptor for descriptor in map(descriptors.load, FILTERS) if _is_about(descriptor, keyword)]
+        width = max((len(descriptor.function) for descriptor in found), default=0)
+        for descriptor in found:
+            # as pymeshlab's own does, in its columns
+            print(f"{descriptor.function:{width}} : help(meshlab_specsmooth.{descriptor.function})")  # noqa: T201
 
     def print_filter_list() -> None:
         native["print_filter_list"]()
@@ -163,6 +175,14 @@ def _module_functions() -> dict[str, Any]:
             print(f"\t{parameter.name} : {parameter.kind} = {parameter.shown_default}")  # noqa: T201
 
     return {f.__name__: f for f in (filter_list, search, print_filter_list, print_filter_parameter_list)}
+
+
+def _is_about(descriptor: descriptors.Descriptor, keyword: str) -> bool:
+    """Whether all words are in a filter's names, its class or its help, however they are joined."""
+    text = f"{descriptor.function} {descriptor.name} {descriptor.category} {descriptor.help}".lower()
+    joined = re.sub(r"[^a-z0-9]", "", text)
+    words = re.findall(r"[a-z0-9]+", keyword.lower())
+    return all(word in text or word in joined for word in words)
 
 
 @contextlib.contextmanager

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import difflib
 import functools
+import importlib.resources
 import itertools
 import os
 import subprocess
@@ -243,7 +244,7 @@ def _former_names() -> list[str]:
 
 def _table() -> list[tuple[str, str]]:
     """Pairs of what MeshLab, about, and pymeshlab call a filter: pymeshlab has names made from display names."""
-    table = Path(pymeshlab.__file__).parent / "keys.txt"
+    table = importlib.resources.files("pymeshlab") / "keys.txt"
     pairs = [line.split() for line in table.read_text(encoding="utf-8").splitlines() if line.strip()]
     return [(pair[0].replace("_", " ").title(), pair[-1]) for pair in pairs]
 

@@ -10,15 +10,17 @@ import signal
 import sys
 import tempfile
 import threading
+import warnings
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from types import FrameType
+from typing import Any
 
 from meshlab_specsmooth.bridge import copies, files, temporary
 from meshlab_specsmooth.bridge.parameters import PyMeshLabException
 from meshlab_specsmooth.cli import batch, compare, demo, denoise, filters, run, smooth, spectrum, tune
 from meshlab_specsmooth.cli.progress import notice
-from meshlab_specsmooth.errors import InvalidParameter, SpecsmoothError
+from meshlab_specsmooth.errors import InvalidParameter, Slow, SpecsmoothError, suggest
 from meshlab_specsmooth.version import VERSION
 
 DONE, FAILED, USAGE = 0, 1, 2
@@ -47,7 +49,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if sys.stdout is None:  # closed (>&-): the next file to be opened would get its number, and all that C++ prints
         return _complain("standard output is closed", FAILED)
     try:
-        with _signals_end_it(), _anything_can_be_printed():
+        with _signals_end_it(), _anything_can_be_printed(), _a_warning_is_a_line():
             return _run(arguments)
     except InvalidParameter as error:
         return _complain(error, USAGE)
@@ -83,9 +85,26 @@ def _anything_can_be_printed() -> Iterator[None]:
         stream.reconfigure(errors=before)
 
 
+@contextlib.contextmanager
+def _a_warning_is_a_line() -> Iterator[None]:
+    """That something is slow is said without the line of code that noticed it."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("default", Slow)
+        show = warnings.showwarning
+
+        def say(message: Warning | str, category: type[Warning], *rest: Any, **named: Any) -> None:
+            if issubclass(category, Slow):
+                notice(message)
+            else:
+                show(message, category, *rest, **named)
+
+        warnings.showwarning = say
+        yield
+
+
 def _run(arguments: Sequence[str] | None) -> int:
     try:
-        given = _parser().parse_args(arguments)
+        given = _parsed(arguments)
         file = getattr(given, "input", getattr(given, "mesh", None))
         # a program of its own, and a file that may end it. A copy has no other threads
         if arguments is None and file is not None and copies.are_possible() and threading.active_count() == 1:
@@ -162,6 +181,18 @@ def _flush() -> None:
         raise
 
 
+def _parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
+    """The arguments; of what a subcommand does not know, its own usage is printed, and not that of all subcommands."""
+    given, unknown = _parser().parse_known_args(arguments)
+    if unknown:
+        parser: argparse.ArgumentParser = given.parser
+        options = [option for action in parser._actions for option in action.option_strings]
+        misspelled = [word.partition("=")[0] for word in unknown if word.startswith("-")]
+        remedies = "".join(suggest(name, options) for name in misspelled)
+        parser.error(f"unrecognized arguments: {' '.join(misspelled or unknown)}" + (remedies and f".{remedies}"))
+    return given
+
+
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="specsmooth",
@@ -179,7 +210,7 @@ def _parser() -> argparse.ArgumentParser:
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )
         command.add_arguments(subparser)
-        subparser.set_defaults(run=command.run)
+        subparser.set_defaults(run=command.run, parser=subparser)
     return parser
 
 

@@ -24,7 +24,8 @@ DESCRIPTION = """Adds seeded noise to the bunny that comes with pymeshlab, smoot
 Taubin filters, with plain spectral low-pass and with this package's filter, and writes a picture and a table."""
 EXAMPLES = """examples:
   specsmooth demo
-  specsmooth demo --out /tmp/bunny --noise 0.3 --seed 2"""
+  specsmooth demo --out /tmp/bunny --noise 0.3 --seed 2
+  specsmooth demo --scan scan.ply"""
 
 _OURS = "apply_coord_spectral_smoothing"
 COMPETITORS = (
@@ -46,6 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--noise", metavar="X", type=noise_level, default=0.2, help="noise in mean edges (default: 0.2)"
     )
     parser.add_argument("--seed", metavar="N", type=seed_number, default=1, help="seed of the noise (default: 1)")
+    parser.add_argument("--scan", metavar="FILE", help="write the noisy bunny there, and do nothing else")
 
 
 def noise_level(text: str) -> float:
@@ -69,6 +71,11 @@ noise_level.__name__, seed_number.__name__ = "noise", "seed"  # as argparse puts
 
 def run(arguments: argparse.Namespace) -> None:
     """Smooth, measure, print, draw."""
+    if arguments.scan is not None:
+        files.check_target(arguments.scan)
+        _, noisy = _bunny(arguments)
+        files.write(meshset.new(noisy.vertices, noisy.faces), arguments.scan)
+        return
     out = Path(arguments.out)
     try:
         out.mkdir(parents=True, exist_ok=True)
@@ -76,8 +83,7 @@ def run(arguments: argparse.Namespace) -> None:
         raise FileError(f"{out}: cannot be made: {error.strerror}") from error
     for name in ("table.txt", "bunny.png"):
         files.check_place(out / name)
-    truth = Surface(*meshset.pull(files.read(files.sample("bunny.obj"))))
-    noisy = Surface(add_noise(truth, arguments.noise, arguments.seed), truth.faces)
+    truth, noisy = _bunny(arguments)
     rows = [measure("noisy", "", noisy, truth, 0.0)]
     # what is compiled at the first call of all, or loaded at the first of a process, is no part of the comparison
     smooth(truth.vertices, truth.faces, modes=200)
@@ -97,6 +103,12 @@ def run(arguments: argparse.Namespace) -> None:
     view = front(truth)
     picture(out / "bunny.png", panels, [view, close_up(view, _eye_of(truth, view), 0.28)])
     print(f"\npicture: {out / 'bunny.png'}\ntable:   {out / 'table.txt'}")
+
+
+def _bunny(arguments: argparse.Namespace) -> tuple[Surface, Surface]:
+    """The bunny that comes with pymeshlab, as it is and with noise."""
+    truth = Surface(*meshset.pull(files.read(files.sample("bunny.obj"))))
+    return truth, Surface(add_noise(truth, arguments.noise, arguments.seed), truth.faces)
 
 
 def _calls(rows: list[Row]) -> str:

@@ -14,9 +14,13 @@ Carlo: Ramani, Blu, Unser 2008), and the setting with the least is taken.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy.typing as npt
 
+from meshlab_specsmooth.adapters import Mesh, accept_meshes, recognize
 from meshlab_specsmooth.bars import begin
+from meshlab_specsmooth.choices import Boundary, Favor, Start
 from meshlab_specsmooth.edge_aware.denoising import FAVORS, denoised
 from meshlab_specsmooth.edge_aware.regions import region_of
 from meshlab_specsmooth.edge_aware.result import Considered, EdgeAwareResult, Setting
@@ -32,24 +36,24 @@ from meshlab_specsmooth.parameters import (
     check_number,
 )
 from meshlab_specsmooth.spectral.progress import Progress, finish
-from meshlab_specsmooth.surface import Surface
 
 STARTS = ("auto", "given", "smoothed")
 
 __all__ = ["FAVORS", "STARTS", "Considered", "EdgeAwareResult", "Setting", "denoise", "smooth_edge_aware"]
 
 
+@accept_meshes
 def smooth_edge_aware(
-    vertices: npt.ArrayLike,
-    faces: npt.ArrayLike,
+    mesh: Mesh,
+    faces: npt.ArrayLike | None = None,
     *,
-    favor: str = "position",
+    favor: Favor = "position",
     strength: float | None = None,
     range_width: float | None = None,
     passes: int | None = None,
-    start: str = "auto",
+    start: Start = "auto",
     barycenter_weight: float | None = None,
-    boundary: str = "auto",
+    boundary: Boundary = "auto",
     mask: npt.ArrayLike | None = None,
     features: npt.ArrayLike | None = None,
     feature_gain: float = 1.0,
@@ -61,8 +65,9 @@ def smooth_edge_aware(
 
     Parameters
     ----------
-    vertices : (n, 3) array of real numbers
-    faces : (m, 3) array of integers
+    mesh : (n, 3) array of real numbers, or a mesh of any kind
+    faces : (m, 3) array of integers, optional
+        As for :func:`meshlab_specsmooth.smooth`.
     favor : {"position", "normals"}
         Whether the error of positions is to be least, or rather that of the normals: then the noise is taken for 1.4
         times as high.
@@ -129,19 +134,21 @@ def smooth_edge_aware(
     )
     favor = check_choice("favor", favor, FAVORS)
     progress = begin(progress, "assembling")
-    surface = _surface(vertices, faces)
+    source = recognize(mesh, faces)
+    surface = source.surface()
     region = region_of(surface, boundary, mask, features, feature_gain, creases)
     result = denoised(surface, favor, fixed, region, False, check_flag("weld", weld), progress)
     finish(progress)
-    return result
+    return replace(result, source=source.kept())
 
 
+@accept_meshes
 def denoise(
-    vertices: npt.ArrayLike,
-    faces: npt.ArrayLike,
+    mesh: Mesh,
+    faces: npt.ArrayLike | None = None,
     *,
-    favor: str = "position",
-    boundary: str = "auto",
+    favor: Favor = "position",
+    boundary: Boundary = "auto",
     mask: npt.ArrayLike | None = None,
     features: npt.ArrayLike | None = None,
     feature_gain: float = 1.0,
@@ -156,8 +163,9 @@ def denoise(
 
     Parameters
     ----------
-    vertices : (n, 3) array of real numbers
-    faces : (m, 3) array of integers
+    mesh : (n, 3) array of real numbers, or a mesh of any kind
+    faces : (m, 3) array of integers, optional
+        As for :func:`meshlab_specsmooth.smooth`.
     favor, boundary, mask, features, feature_gain, creases, weld, progress
         As for :func:`smooth_edge_aware`. Where creases are given, the isotropic filter is not considered: it knows of
         none, and would round them.
@@ -177,13 +185,9 @@ def denoise(
     """
     favor = check_choice("favor", favor, FAVORS)
     progress = begin(progress, "assembling")
-    surface = _surface(vertices, faces)
+    source = recognize(mesh, faces)
+    surface = source.surface()
     region = region_of(surface, boundary, mask, features, feature_gain, creases)
     result = denoised(surface, favor, Fixed(), region, True, check_flag("weld", weld), progress)
     finish(progress)
-    return result
-
-
-def _surface(vertices: npt.ArrayLike, faces: npt.ArrayLike) -> Surface:
-    """Checked; its constructor makes arrays of what it is given."""
-    return Surface(vertices, faces)  # type: ignore[arg-type]
+    return replace(result, source=source.kept())

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
+from meshlab_specsmooth.adapters import Source, WithMesh
 from meshlab_specsmooth.describe import Described, Pictured, Rows, count_of, format_length
 from meshlab_specsmooth.noise import Noise
 from meshlab_specsmooth.sentences import describe_strays, describe_unmoved, moved_rows
@@ -67,7 +68,7 @@ class Considered:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class EdgeAwareResult(Described):
+class EdgeAwareResult(Described, WithMesh):
     """The smoothed surface, and the evidence.
 
     Attributes
@@ -108,6 +109,8 @@ class EdgeAwareResult(Described):
         Single stray vertices that were put where their neighbors expect them, where the setting was chosen.
     given : Surface or None
         The input, for a notebook's picture of before and after.
+    source : Source or None
+        The mesh that was given, for ``mesh``.
     """
 
     vertices: Floats
@@ -129,6 +132,7 @@ class EdgeAwareResult(Described):
     creases: int = 0
     welded: int = 0
     outliers: npt.NDArray[np.int64] = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    source: Source | None = field(default=None, repr=False)
     given: Surface | None = None
 
     @property

@@ -14,6 +14,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from meshlab_specsmooth.graph import backend
 from meshlab_specsmooth.surface import Floats
 
 # Sums are taken over blocks of so many rows, and these added in order: the bits do not depend on how many threads there
@@ -133,9 +134,7 @@ def one_blas_thread() -> Iterator[None]:
 
     The limit is the process's. Of calls at once, in several threads, the first sets it and the last lifts it.
     """
-    try:
-        import threadpoolctl  # noqa: F401 (asked for each time, so that it may be hidden)
-    except ImportError:
+    if not backend.has_threadpoolctl():
         yield
         return
     _limit.begin()

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.sparse import coo_array, csr_array, diags_array
 
+from meshlab_specsmooth.graph import backend
 from meshlab_specsmooth.surface import Floats, Integers
 
 Neighbours = tuple[Integers, Integers, npt.NDArray[np.int64], Integers, Integers]
@@ -109,7 +110,7 @@ def of_mesh(F: Integers, n: int) -> MeshGraph:
     n : int
         Number of vertices.
     """
-    indptr, indices, odd, odd_faces, corner_count = _best_neighbours()(F, n)
+    indptr, indices, odd, odd_faces, corner_count = _best_neighbours(n)(F, n)
     if corner_count.sum() < F.size:
         # a face with a side from a vertex to itself has two corners there, which count four times, and one side leaves
         for k in range(3):
@@ -133,12 +134,12 @@ def neighbours(F: Integers, n: int) -> Neighbours:
     return indptr, indices, odd, both.data[odd], leaving
 
 
-def _best_neighbours() -> Callable[[Integers, int], Neighbours]:
-    """The compiled one where the extra ``fast`` is installed."""
-    try:
-        from meshlab_specsmooth.graph import counting
-    except ImportError:
+def _best_neighbours(n: int) -> Callable[[Integers, int], Neighbours]:
+    """For n vertices; the compiled one where the extra ``fast`` is installed."""
+    if not backend.is_compiled(n):
         return neighbours
+    from meshlab_specsmooth.graph import counting
+
     return counting.neighbours
 
 

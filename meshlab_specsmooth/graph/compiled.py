@@ -10,12 +10,12 @@ import functools
 import numba
 import numpy as np
 
-from meshlab_specsmooth.graph import blocks
+from meshlab_specsmooth.graph import backend, blocks
 from meshlab_specsmooth.graph.build import Graph
 from meshlab_specsmooth.surface import Floats
 
 # sums may be taken in any order, and a product and a sum in one rounding; nothing is assumed of NaN and infinity
-_compiled = functools.partial(numba.njit, nogil=True, cache=True, fastmath={"reassoc", "contract"})
+_compiled = functools.partial(numba.njit, nogil=True, cache=backend.IS_KEPT, fastmath={"reassoc", "contract"})
 _inlined = functools.partial(numba.njit, inline="always")  # a call for each vertex would double a sweep's time
 
 

@@ -13,11 +13,11 @@ import functools
 import numba
 import numpy as np
 
-from meshlab_specsmooth.graph import blocks
+from meshlab_specsmooth.graph import backend, blocks
 from meshlab_specsmooth.graph.build import Neighbours
 from meshlab_specsmooth.surface import Integers
 
-_compiled = functools.partial(numba.njit, nogil=True, cache=True)
+_compiled = functools.partial(numba.njit, nogil=True, cache=backend.IS_KEPT)
 
 
 def neighbours(F: Integers, n: int) -> Neighbours:

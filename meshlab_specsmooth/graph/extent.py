@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from meshlab_specsmooth.graph import blocks
+from meshlab_specsmooth.graph import backend, blocks
 from meshlab_specsmooth.surface import Floats, Integers
 
 
@@ -14,23 +14,25 @@ def sum_faces(X: Floats, F: Integers) -> Floats:
     Compiled where the extra ``fast`` is installed.
     """
     sums = np.empty((blocks.count(len(F)), 3))
-    try:
-        from meshlab_specsmooth.graph.extent_compiled import add_faces
-    except ImportError:
 
-        def work(first: int, last: int) -> None:
-            for i in range(first, last):
-                sums[i] = np.sum(measure_faces(X, F[blocks.rows(i, len(F))]), axis=1)
+    def add(first: int, last: int) -> None:
+        for i in range(first, last):
+            sums[i] = np.sum(measure_faces(X, F[blocks.rows(i, len(F))]), axis=1)
 
-    else:
-
-        def work(first: int, last: int) -> None:
-            for i in range(first, last):
-                at = blocks.rows(i, len(F))
-                add_faces(at.start, at.stop, X, F, sums[i])
-
+    work = _compiled(X, F, sums) if backend.is_compiled(len(X)) else add
     blocks.in_threads(work, len(F))
     return np.asarray(sums.sum(axis=0))
+
+
+def _compiled(X: Floats, F: Integers, sums: Floats) -> blocks.Work:
+    from meshlab_specsmooth.graph.extent_compiled import add_faces
+
+    def add(first: int, last: int) -> None:
+        for i in range(first, last):
+            at = blocks.rows(i, len(F))
+            add_faces(at.start, at.stop, X, F, sums[i])
+
+    return add
 
 
 def measure_faces(X: Floats, F: Integers) -> tuple[Floats, Floats, Floats]:

@@ -7,7 +7,9 @@ import functools
 import numba
 import numpy as np
 
-_compiled = functools.partial(numba.njit, nogil=True, cache=True, fastmath={"reassoc", "contract"})
+from meshlab_specsmooth.graph import backend
+
+_compiled = functools.partial(numba.njit, nogil=True, cache=backend.IS_KEPT, fastmath={"reassoc", "contract"})
 
 
 @_compiled

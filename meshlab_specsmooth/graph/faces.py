@@ -12,6 +12,7 @@ from typing import Protocol
 import numpy as np
 from scipy.sparse import csr_array
 
+from meshlab_specsmooth.graph import backend
 from meshlab_specsmooth.surface import Floats, Integers
 
 # A vertex of so many faces is the hub of a fan; its faces are neighbours through the rim's vertices only, as all pairs
@@ -170,17 +171,17 @@ class ReferenceFaceKernels:
 
 def face_graph(corners: Integers, n: int) -> FaceGraph:
     """The graph of faces on n vertices; compiled where the extra ``fast`` is installed."""
-    try:
-        from meshlab_specsmooth.graph import faces_compiled
-    except ImportError:
+    if not backend.is_compiled(n):
         return neighbours(corners, n)
+    from meshlab_specsmooth.graph import faces_compiled
+
     return faces_compiled.neighbours(corners, n)
 
 
 def face_kernels(graph: FaceGraph) -> FaceKernels:
     """Compiled sweeps where the extra ``fast`` is installed, else scipy's."""
-    try:
-        from meshlab_specsmooth.graph.faces_compiled import CompiledFaceKernels
-    except ImportError:
+    if not backend.is_compiled(graph.order):
         return ReferenceFaceKernels(graph)
+    from meshlab_specsmooth.graph.faces_compiled import CompiledFaceKernels
+
     return CompiledFaceKernels(graph)

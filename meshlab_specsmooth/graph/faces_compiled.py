@@ -7,13 +7,13 @@ import functools
 import numba
 import numpy as np
 
-from meshlab_specsmooth.graph import blocks
+from meshlab_specsmooth.graph import backend, blocks
 from meshlab_specsmooth.graph.faces import MOST_FACES_OF_A_VERTEX, FaceGraph
 from meshlab_specsmooth.surface import Floats, Integers
 
-_compiled = functools.partial(numba.njit, nogil=True, cache=True)
+_compiled = functools.partial(numba.njit, nogil=True, cache=backend.IS_KEPT)
 _inlined = functools.partial(numba.njit, inline="always")
-_fused = functools.partial(numba.njit, nogil=True, cache=True, fastmath={"reassoc", "contract"})
+_fused = functools.partial(numba.njit, nogil=True, cache=backend.IS_KEPT, fastmath={"reassoc", "contract"})
 
 
 def _over(rows: int):  # type: ignore[no-untyped-def]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Protocol
 
+from meshlab_specsmooth.graph import backend
 from meshlab_specsmooth.graph.build import Graph
 from meshlab_specsmooth.graph.reference import ReferenceKernels
 from meshlab_specsmooth.surface import Floats
@@ -63,8 +64,8 @@ class Kernels(Protocol):
 
 def best(graph: Graph) -> Kernels:
     """Compiled ones where the extra ``fast`` is installed, else scipy's."""
-    try:
-        from meshlab_specsmooth.graph.compiled import CompiledKernels
-    except ImportError:
+    if not backend.is_compiled(graph.size):
         return ReferenceKernels(graph)
+    from meshlab_specsmooth.graph.compiled import CompiledKernels
+
     return CompiledKernels(graph)

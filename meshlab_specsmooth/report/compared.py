@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable
-from typing import Any
 
+import numpy.typing as npt
+
+from meshlab_specsmooth.adapters import Mesh, accept_meshes, recognize
 from meshlab_specsmooth.bars import begin
-from meshlab_specsmooth.bridge import meshset
 from meshlab_specsmooth.compare.comparison import Comparison
 from meshlab_specsmooth.compare.competitors import Competitor
 from meshlab_specsmooth.compare.experiment import experiment
@@ -20,12 +21,11 @@ from meshlab_specsmooth.surface import Surface
 # The share of the time that the page takes
 _PAGE = 0.15
 
-# a MeshSet, a Surface, or vertices and faces; pymeshlab has no types
-Mesh = Any
 
-
+@accept_meshes
 def compare(
     mesh: Mesh,
+    faces: npt.ArrayLike | None = None,
     *,
     ground_truth: Mesh | None = None,
     noise: float | None = None,
@@ -43,9 +43,10 @@ def compare(
 
     Parameters
     ----------
-    mesh : pymeshlab.MeshSet, Surface or (vertices, faces)
-        Of a MeshSet the current mesh, all of it; nothing is changed.
-    ground_truth : same, optional
+    mesh : (n, 3) real array, or a mesh of any kind
+    faces : (m, 3) integer array, optional
+        As for :func:`meshlab_specsmooth.smooth`. Of a MeshSet the current mesh, all of it; nothing is changed.
+    ground_truth : mesh of any kind, optional
         The true surface, in the same order of vertices and faces, or any mesh of it: then what needs vertices that
         correspond is left out.
     noise : float, optional
@@ -95,7 +96,7 @@ def compare(
         raise InvalidParameter(f"name is {show(name)}; it must be a string")
     if out is not None:
         page.made(check_path("out", out))
-    given = surface_of(mesh)
+    given = recognize(mesh, faces).surface()
     found = experiment(
         given,
         truth=None if ground_truth is None else surface_of(ground_truth, "ground_truth"),
@@ -113,14 +114,8 @@ def compare(
 
 
 def surface_of(mesh: Mesh, name: str = "mesh") -> Surface:
-    """The surface of a MeshSet's current mesh, or of arrays."""
-    if isinstance(mesh, Surface):
-        return mesh
-    if hasattr(mesh, "current_mesh"):
-        return Surface(*meshset.pull(mesh))
-    if isinstance(mesh, tuple | list) and len(mesh) == 2:
-        return Surface(*mesh)
-    raise InvalidParameter(f"{name} is {show(mesh)}; give a MeshSet, a Surface or (vertices, faces)")
+    """The surface of a mesh of any kind."""
+    return recognize(mesh, name=name).surface()
 
 
 def _label(mesh: Mesh) -> str:

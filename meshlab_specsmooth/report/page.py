@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import importlib.resources
 import json
 import math
 import os
@@ -162,8 +163,8 @@ def page(found: Comparison, recipe: str = "") -> str:
         import jinja2
     except ImportError as error:
         raise MissingExtra("the page", "report") from error
-    here = Path(__file__).parent / "templates"
-    environment = jinja2.Environment(loader=jinja2.FileSystemLoader(here), autoescape=True, trim_blocks=True)
+    here = importlib.resources.files(__package__) / "templates"
+    environment = jinja2.Environment(autoescape=True, trim_blocks=True)
     painted = plots.colours(found)
     drawn = _drawn(found)
     safe = jinja2.utils.markupsafe.Markup
@@ -171,7 +172,7 @@ def page(found: Comparison, recipe: str = "") -> str:
     rows = [_table_row(found, row, painted, notes) for row in found.ranked]
     columns = found.columns
     panels = _panels(found, painted, drawn)
-    text: str = environment.get_template("page.html").render(
+    text: str = environment.from_string((here / "page.html").read_text(encoding="utf-8")).render(
         found=found,
         title=f"{found.name}: {found.headline()}",
         truth=found.truth is not None,

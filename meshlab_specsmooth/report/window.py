@@ -6,11 +6,12 @@ import os
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from meshlab_specsmooth.bridge import files
+from meshlab_specsmooth.choices import Response
 from meshlab_specsmooth.errors import MissingExtra, NoDisplay
 from meshlab_specsmooth.response import RESPONSES
 from meshlab_specsmooth.smoothing import Prepared, SmoothingResult
@@ -55,7 +56,7 @@ def smoothed(
     return prepared.smooth(
         wavelength=setting.wave * edge,
         barycenter_weight=setting.weight,
-        response=setting.response,
+        response=cast(Response, setting.response),  # one of RESPONSES
         features=features,
         feature_gain=setting.gain,
         start=start,

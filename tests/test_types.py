@@ -1,0 +1,98 @@
+"""What type checkers, editors and notebooks see of the filters and of the names that parameters take."""
+
+import inspect
+import subprocess
+import sys
+import typing
+from pathlib import Path
+
+import pymeshlab
+import pytest
+
+import meshlab_specsmooth as mss
+from meshlab_specsmooth import choices, descriptors
+from meshlab_specsmooth.bridge import signatures
+from meshlab_specsmooth.bridge.filters import FILTERS
+
+ROOT = Path(__file__).parent.parent
+
+# lines that end in "wrong" are to be found, and no others
+CALLS = """
+import meshlab_specsmooth as mss
+V, F = [[0.0, 0.0, 0.0]], [[0, 0, 0]]
+ms = mss.MeshSet()
+mss.smooth(V, F, response="heat", favor="normals", boundary="curve")
+mss.smooth(ms).mesh
+mss.smooth(V, F, response="foo")  # wrong
+mss.smooth(V, F, modez=3)  # wrong
+mss.denoise(V, F, favor="speed")  # wrong
+mss.prepare(V, F).smooth(method="fast")  # wrong
+mss.apply_coord_spectral_smoothing(ms, modes=200, response="ideal")["modes"]
+mss.apply_coord_spectral_smoothing(ms, response="foo")  # wrong
+mss.apply_coord_spectral_smoothing(ms, modez=200)  # wrong
+mss.apply_coord_spectral_smoothing(ms, 200)  # wrong
+mss.apply_coord_spectral_smoothing(ms, wavelength="3")  # wrong
+ms.apply_coord_spectral_denoising(favor="normals", progress=print)["warning"]
+ms.apply_coord_spectral_denoising(favor="speed")  # wrong
+ms.get_spectrum(bands="many")  # wrong
+"""
+
+
+@pytest.mark.no_cover
+def test_mypy_finds_what_parameters_do_not_take(tmp_path):
+    """Of the functions on arrays, the filters, and the methods of our MeshSet."""
+    pytest.importorskip("mypy")
+    (tmp_path / "calls.py").write_text(CALLS)
+    command = [sys.executable, "-m", "mypy", "--strict", "--config-file", ROOT / "pyproject.toml"]
+    command += ["--cache-dir", ROOT / ".mypy_cache", "--no-error-summary", tmp_path / "calls.py"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    found = {int(line.split(":")[1]) for line in done.stdout.splitlines() if ": error:" in line}
+    wrong = {number for number, line in enumerate(CALLS.splitlines(), start=1) if line.endswith("# wrong")}
+    assert found == wrong, done.stdout + done.stderr
+
+
+def test_literals_are_the_values_of_the_descriptors():
+    functions = {
+        "apply_coord_spectral_smoothing": (mss.smooth, mss.Prepared.smooth),
+        "apply_coord_spectral_low_pass": (mss.low_pass, mss.Prepared.low_pass),
+        "apply_coord_spectral_enhancement": (mss.enhance, mss.Prepared.enhance),
+        "apply_coord_edge_aware_smoothing": (mss.smooth_edge_aware,),
+        "apply_coord_spectral_denoising": (mss.denoise,),
+        "get_spectrum": (mss.spectrum,),
+    }
+    seen = 0
+    for name, both in functions.items():
+        for function in both:
+            types = function.__annotations__
+            for parameter in descriptors.load(name).parameters:
+                if parameter.type != "enum" or parameter.name in ("features", "creases"):  # those are arrays here
+                    continue
+                if parameter.name in types:
+                    literal = getattr(choices, types[parameter.name])
+                    surplus = set(typing.get_args(literal)) - set(parameter.values)
+                    assert surplus <= {"auto"}  # what a boundary is without being asked
+                    assert set(parameter.values) <= set(typing.get_args(literal))
+                    seen += 1
+    assert seen > 20
+
+
+@pytest.mark.parametrize("name", FILTERS)
+def test_signatures_have_the_parameters_of_the_descriptor(name):
+    wanted = [parameter.name for parameter in descriptors.load(name).parameters]
+    assert list(inspect.signature(getattr(mss, name)).parameters) == ["ms", *wanted, "progress"]
+    assert list(inspect.signature(getattr(mss.MeshSet, name)).parameters) == ["self", *wanted, "progress"]
+    assert getattr(signatures, name) is FILTERS[name] is getattr(mss, name)
+    assert name in dir(mss.MeshSet())
+
+
+def test_tab_completion_shows_the_filters_after_register():
+    ms = pymeshlab.MeshSet()
+    mss.unregister()
+    assert not set(FILTERS) & set(dir(ms))
+    mss.register()
+    try:
+        assert set(FILTERS) <= set(dir(ms))
+        assert "modes" in inspect.signature(ms.apply_coord_spectral_smoothing).parameters
+    finally:
+        mss.unregister()
+    assert not set(FILTERS) & set(dir(ms))
