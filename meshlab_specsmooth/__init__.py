@@ -40,7 +40,6 @@ if TYPE_CHECKING:
     )
     from meshlab_specsmooth.compare.comparison import Comparison
     from meshlab_specsmooth.compare.competitors import Competitor
-    from meshlab_specsmooth.describe import Pictured
     from meshlab_specsmooth.edge_aware import EdgeAwareResult, denoise, smooth_edge_aware
     from meshlab_specsmooth.errors import (
         ClusterError,
@@ -137,14 +136,6 @@ _NAMES = {
     "surface": ("Surface",),
 }
 _MODULE_OF = {name: module for module, names in _NAMES.items() for name in names}
-
-
-def draw_before_and_after(pictured: Pictured) -> str:
-    """What notebooks show of a result; this is where results, which know of no pictures, get theirs."""
-    from meshlab_specsmooth.report.thumbnails import draw
-
-    return draw(pictured)
-
 
 __all__ = [
     "BatchSummary",

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import html
+import importlib
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-
-import meshlab_specsmooth
 
 Rows = Sequence[tuple[str, str]]
 
@@ -22,6 +21,11 @@ _LEAST = 0.001
 
 _TABLE = "border-collapse: collapse; font-variant-numeric: tabular-nums"
 _CELL = "text-align: left; padding: 1px 12px 1px 0"
+
+
+def _draw(pictured: Pictured) -> str:
+    """An image for HTML; the renderer, which stands above this, is loaded for the first one."""
+    return str(importlib.import_module("meshlab_specsmooth.report.thumbnails").draw(pictured))
 
 
 class Described:
@@ -120,7 +124,7 @@ def describe_html(summary: str, rows: Rows, pictured: Pictured | None = None) ->
         f'<tr><th style="{_CELL}">{html.escape(name)}</th><td style="{_CELL}">{html.escape(value)}</td></tr>'
         for name, value in rows
     )
-    picture = "" if pictured is None else meshlab_specsmooth.draw_before_and_after(pictured)
+    picture = "" if pictured is None else _draw(pictured)
     return f'<div><p><b>{html.escape(summary)}</b></p><table style="{_TABLE}">{lines}</table>{picture}</div>'
 
 

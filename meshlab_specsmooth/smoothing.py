@@ -122,7 +122,7 @@ Change = Callable[[Laplacian, SpectralFilter, Floats, Progress | None, list[Floa
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SmoothingResult(Described, WithMesh):
+class SmoothingResult(WithMesh, Described):
     """The smoothed surface, and the evidence.
 
     Attributes
@@ -172,10 +172,10 @@ class SmoothingResult(Described, WithMesh):
         Vertices that lie where another one does, and moved with it.
     outliers : (k,) int64
         Single stray vertices that were put where their neighbors expect them, where the weight was chosen.
-    given : Surface or None
-        The input, for a notebook's picture of before and after.
     source : Source or None
         The mesh that was given, for ``mesh``.
+    given : Surface or None
+        The input, for a notebook's picture of before and after.
     """
 
     vertices: Floats

@@ -18,7 +18,7 @@ from playwright.sync_api import sync_playwright  # noqa: E402
 import meshlab_specsmooth as mss  # noqa: E402
 from meshlab_specsmooth.bridge import files  # noqa: E402
 
-SIZE = {"width": 1360, "height": 1190}
+SIZE = {"width": 1360, "height": 1340}
 
 
 def main() -> None:

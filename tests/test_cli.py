@@ -127,9 +127,12 @@ def test_a_wavelength_is_a_number_or_a_percentage(scan, tmp_path, capsys, length
     assert f"--wavelength {wave:.4g} " in capsys.readouterr().out
 
 
-def test_input_and_output_may_be_the_same_file(scan):
+def test_input_and_output_may_be_the_same_file_if_one_says_so(scan, capsys):
     before = scan.read_bytes()
-    assert main(["smooth", str(scan), str(scan)]) == 0
+    assert main(["smooth", str(scan), str(scan.parent / "." / scan.name)]) == 2
+    assert "is the input and the output; --overwrite replaces it" in capsys.readouterr().err
+    assert scan.read_bytes() == before
+    assert main(["smooth", str(scan), str(scan), "--overwrite"]) == 0
     assert scan.read_bytes() != before
 
 

@@ -1,5 +1,7 @@
 import dataclasses
 import json
+import math
+import re
 
 import numpy as np
 import pymeshlab
@@ -11,11 +13,14 @@ from meshlab_specsmooth.bridge.filters import FILTERS
 from meshlab_specsmooth.bridge.measures import crossing_faces, hausdorff
 from meshlab_specsmooth.cli import main
 from meshlab_specsmooth.compare import experiment, metrics, noise, shape
+from meshlab_specsmooth.compare.comparison import MEASURES, shown
 from meshlab_specsmooth.compare.competitors import COMPETITORS, competitors
 from meshlab_specsmooth.compare.distances import distances
 from meshlab_specsmooth.compare.shape import Ruler
 from meshlab_specsmooth.descriptors import Length
 from meshlab_specsmooth.errors import FilterFailed
+from meshlab_specsmooth.report import compared as report
+from meshlab_specsmooth.report import page, plots
 from tests.meshes import rough, sheet, together, torus
 
 CLEAN = mss.Surface(*torus(60, 40))
@@ -25,6 +30,12 @@ QUICK = ["umbrella", "taubin", "hc", "low-pass", "automatic"]
 @pytest.fixture(scope="module")
 def found():
     return mss.compare(CLEAN, noise=0.2, filters=[*QUICK, "compute_mls_projection_apss"])
+
+
+def with_row(found, row, values, **others):
+    """The comparison with one of its rows changed."""
+    changed = dataclasses.replace(row, values={**row.values, **values}, **others)
+    return dataclasses.replace(found, rows=tuple(changed if each is row else each for each in found.rows))
 
 
 # --- measures ---
@@ -154,7 +165,7 @@ def test_every_short_name_is_a_filter_and_its_strengths_are_its_parameters():
     for key, competitor in COMPETITORS.items():
         assert competitor.key == key
         assert competitor.filter in known
-        gentle = competitor.at(competitor.strength.values[0], len(V))
+        gentle = competitor.at(competitor.strength.values[0], len(V)) if competitor.strength else competitor
         ran = child.run(V, F, gentle.filter, gentle.parameters, gentle.times)
         assert ran.vertices.shape == V.shape
 
@@ -163,8 +174,18 @@ def test_every_short_name_is_a_filter_and_its_strengths_are_its_parameters():
     "wrong", ["taubn", "f(", "apply_coord_taubin_smoothing(3)", "apply_coord_x(a=open('x'))", "a.b(c=1)"]
 )
 def test_what_is_no_filter_is_refused(wrong):
-    with pytest.raises(mss.InvalidParameter, match="it must be one of laplacian"):
+    with pytest.raises(mss.InvalidParameter, match="it must be one of denoise, laplacian"):
         competitors([wrong])
+
+
+def test_denoise_comes_first_and_is_held_at_what_it_chose():
+    first = competitors()[0]
+    assert (first.key, first.name, first.filter) == ("denoise", "specsmooth denoise", "apply_coord_spectral_denoising")
+    chosen = {"start": "given", "strength": 2.0, "range_width": 0.3, "passes": 5, "barycenter_weight": 0.4}
+    held = experiment._held(first, child.Ran(CLEAN.vertices, chosen, 0.1))
+    assert (held.filter, held.parameters) == ("apply_coord_edge_aware_smoothing", chosen)
+    # no setting of that filter is the isotropic one
+    assert experiment._held(first, child.Ran(CLEAN.vertices, chosen | {"passes": 0}, 0.1)) is first
 
 
 def test_filters_are_named_once_and_at_least_one():
@@ -211,7 +232,8 @@ def test_estimated_errors_are_near_the_true_ones_and_rank_alike(found):
         assert row.values["estimated_error"] == pytest.approx(row.values["true_error"], rel=0.1, abs=0.03)
     assert found.correlation > 0.99
     assert found.best is min(rows, key=lambda row: row.values["true_error"])
-    assert found.headline() == f"Take {found.best.name}; the truth agrees"
+    names = [row.name for row in (found.best, *found.level)]
+    assert re.fullmatch(rf"Take {names[0]} .* or {names[1]} .*: they are level; the truth agrees", found.headline())
     assert found.best.behind == 0
 
 
@@ -237,8 +259,76 @@ def test_a_headline_says_when_the_truth_has_another_first(found):
     other = next(row for row in found.ranked[1:] if not row.failure)
     nearer = dataclasses.replace(other, values={**other.values, "true_error": 0.0})
     doubted = dataclasses.replace(found, rows=tuple(nearer if row is other else row for row in found.rows))
-    assert doubted.headline() == f"Take {found.best.name}; by the truth {other.name} is closer"
+    assert doubted.headline().startswith(f"Take {found.best.name}")
+    assert doubted.headline().endswith(f"; by the truth {other.name} is closer")
+    alone = doubted
+    for row in doubted.level:
+        alone = with_row(alone, row, {}, behind=1.0)
+    assert alone.headline() == f"Take {found.best.name}; by the truth {other.name} is closer"
     assert any(f"{other.name} is the closest: 0.000" in reason for reason in doubted.reasons())
+
+
+def test_rows_that_are_level_are_in_the_headline_with_their_price(found):
+    slow = with_row(found, found.best, {"seconds": 2.0})
+    tied = with_row(slow, slow.ranked[1], {"seconds": 0.05}, behind=0.001, behind_uncertainty=0.01)
+    names = [row.name for row in tied.ranked]
+    assert tied.headline() == (
+        f"Take {names[0]} (2.00 s) or {names[1]} (0.05 s, 40 times faster): they are level; the truth agrees"
+    )
+    assert any(f"{names[1]} (0.05 s, 40 times faster); {names[0]} takes 2.00 s" in text for text in tied.reasons())
+    curve, point = next(pair for pair in tied.tuned if not pair[0].competitor.ours)
+    near = {"estimated_error": 1.02 * tied.best.values["estimated_error"], "seconds": 0.1}
+    changed = dataclasses.replace(curve, points=(dataclasses.replace(point, values={**point.values, **near}),))
+    tuned = dataclasses.replace(tied, curves=tuple(changed if each is curve else each for each in tied.curves))
+    assert any("(level, 20 times faster): ms.apply_coord_" in text for text in tuned.reasons())
+    rows = page._tables(tied, page_rows(tied))[0]["rows"]
+    assert [row["cells"][0]["best"] for row in rows[:3]] == [True, True, False]
+    untouched = with_row(tied, tied.rows[0], {}, behind=0.002, behind_uncertainty=0.01)
+    assert f"{names[0]} (2.00 s), the mesh as it is or 1 other: they are level" in untouched.headline()
+
+
+def page_rows(found):
+    painted = plots.colours(found)
+    return [page._table_row(found, row, painted, []) for row in found.ranked]
+
+
+def test_an_estimate_that_cannot_be_told_from_zero_is_a_bound(found):
+    bound = with_row(found, found.best, {"estimated_error": 0.0}, uncertainty=0.038)
+    texts = [bound.headline(), *bound.reasons(), str(bound), bound._repr_html_()]
+    cells = page_rows(bound)[0]["cells"]
+    bar = page._bars(bound, plots.colours(bound))[0]
+    assert (cells[0]["shown"], bar["shown"], bar["bound"]) == ("at most 0.038",) * 2 + (True,)
+    assert 0 < bar["width"] < 100
+    assert page._caption(bound.best).startswith("error at most 0.038")
+    assert sum("at most 0.038" in text for text in texts) == 3
+    assert not any("0.000 ±" in text or "not comparable" in text for text in texts)
+
+
+def test_where_noise_cannot_be_told_from_shape_there_are_no_estimates():
+    compared = mss.compare(torus(6, 5), filters=["taubin"])
+    assert compared.noise.kind == "unclear"
+    assert compared.headline() == "No winner by numbers: noise cannot be told from shape on these triangles"
+    assert compared.reasons() == (
+        "There are fewer than 50 vertices, so no error can be estimated. Look at the surfaces.",
+    )
+    assert all("estimated_error" not in row.values for row in compared.rows)
+    assert "estimated" not in str(compared)
+    assert page._noise_words(compared) == "noise and shape cannot be told apart"
+    assert "at most" in page._noise_details(compared)
+    assert page._bars(compared, plots.colours(compared))[0]["shown"] == "0.000"
+    assert "move" in page._bar_words(compared)
+    assert all(math.isfinite(x) for x in page._range(compared, page._COLOURINGS[1]))
+    assert len(plots.curves(compared)) == 3
+    blind = dataclasses.replace(compared.noise, reason=None)
+    true = dataclasses.replace(compared.rows[1], values={**compared.rows[1].values, "true_error": 0.1})
+    known = dataclasses.replace(compared, noise=blind, rows=(compared.rows[0], true))
+    assert known.headline() == "Take MeshLab Taubin: so says the truth (on these triangles no estimate could)"
+
+
+def test_numbers_that_round_to_zero_have_no_sign(found):
+    assert shown(MEASURES["volume"], -0.0004) == shown(MEASURES["volume"], 0.0004) == "0.000"
+    best = with_row(found, found.best, {"volume": -0.0001})
+    assert "-0.000" not in " ".join([*best.reasons(), str(best)])
 
 
 def test_a_wrong_noise_level_is_part_of_the_uncertainty(found):
@@ -385,9 +475,38 @@ def test_a_project_opens_with_its_layers(tmp_path):
     ms = pymeshlab.MeshSet()
     ms.load_project(str(tmp_path / "p.mlp"))
     assert [mesh.label() for mesh in ms] == ['a <"b">', "c"]
+    assert not ms.mesh(1).has_face_color()
     assert ms.mesh(0).vertex_matrix() == pytest.approx(V, abs=1e-12)
     assert ms.mesh(1).vertex_scalar_array() == pytest.approx(quality, abs=1e-6)
     assert ms.mesh(1).vertex_color_matrix()[:, :3] == pytest.approx(colours, abs=1 / 255)
+
+
+def test_the_mesh_as_given_keeps_its_own_colors(found, tmp_path):
+    faces = np.random.default_rng(1).random((len(CLEAN.faces), 3))
+    ms = pymeshlab.MeshSet()
+    opaque = np.c_[faces, np.ones(len(faces))]
+    ms.add_mesh(pymeshlab.Mesh(CLEAN.vertices, CLEAN.faces, f_color_matrix=opaque))
+    read = report.with_colors(found, ms)
+    assert read.vertex_colors is None  # pymeshlab's white is nobody's color
+    layers = page._layers(read)
+    projects.write(tmp_path / "p.mlp", layers[:2])
+    ms = pymeshlab.MeshSet()
+    ms.load_project(str(tmp_path / "p.mlp"))
+    assert ms.mesh(0).face_color_matrix()[:, :3] == pytest.approx(faces, abs=1 / 255)
+    assert [mesh.has_face_color() for mesh in ms] == [True, False]
+    assert layers[0].label == "as given (its own colors)"
+    assert not np.ptp(layers[1].colours, axis=0).any()  # the truth is off by nothing
+    assert report.with_colors(found, CLEAN) is found
+
+
+def test_labels_of_layers_have_no_dots_and_tell_the_range(found):
+    labels = [layer.label for layer in page._layers(found)]
+    assert all(label.endswith("% of an edge off)") and "." not in label for label in labels)
+    moved = dataclasses.replace(found.rows[1].competitor, name="f(lambda_=0.5)")
+    (label,) = [
+        each.label for each in page._layers(with_row(found, found.rows[1], {}, competitor=moved)) if "f(" in each.label
+    ]
+    assert label.startswith("f(lambda_=0,5) (blue 0, red ")
 
 
 # --- the command line ---
@@ -407,17 +526,43 @@ def scan(tmp_path):
         (["SCAN", "--out", "OUT", "--filters", "nope"], 2, "filters has 'nope'"),
         (["SCAN", "--out", "OUT", "--noise", "0.1", "--ground-truth", "SCAN"], 2, "both given"),
         (["NONE", "--out", "OUT"], 1, "no such file"),
+        (["FOLDER", "--out", "OUT"], 1, "is a folder; give one of the mesh files in it"),
         (["SCAN", "--out", "SCAN"], 1, "cannot be made"),
+        (["FOLDER/as_given.ply", "--out", "FOLDER"], 2, "would be replaced by the output; --overwrite allows that"),
+        (["SCAN", "--ground-truth", "FOLDER/the_truth.ply", "--out", "FOLDER"], 2, "--overwrite allows that"),
     ],
 )
 def test_errors_are_one_line(scan, tmp_path, capsys, arguments, code, words):
     places = {"SCAN": str(scan), "OUT": str(tmp_path / "out"), "NONE": str(tmp_path / "none.ply")}
+    places |= {each: str(tmp_path) + each[6:] for each in arguments if each.startswith("FOLDER")}
     try:
         got = main(["compare", *(places.get(a, a) for a in arguments)])
     except SystemExit as error:
         got = error.code
     said = capsys.readouterr().err.splitlines()
     assert (got, words in said[-1]) == (code, True)
+    assert list(tmp_path.iterdir()) == [scan]
+
+
+def test_a_failure_leaves_no_empty_folder(found, tmp_path, monkeypatch):
+    page.check_folder(tmp_path / "a" / "b")
+    assert not (tmp_path / "a").exists()
+
+    def full(*_):
+        raise mss.FileError("no space left")
+
+    monkeypatch.setattr(page.files, "write_text", full)
+    with pytest.raises(mss.FileError, match="no space left"):
+        page.write(found, tmp_path / "a" / "b")
+    assert not (tmp_path / "a").exists()
+
+
+def test_the_extra_is_asked_for_before_the_work(tmp_path, monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "pyvista", None)
+    monkeypatch.setattr(report, "experiment", None)  # there is no work
+    with pytest.raises(mss.MissingExtra, match=r"the page needs .* pip install 'meshlab-specsmooth\[report\]'"):
+        mss.compare(CLEAN, out=tmp_path / "out")
+    assert not (tmp_path / "out").exists()
 
 
 def test_without_the_extra_the_figures_are_there_and_the_message_names_it(scan, tmp_path, monkeypatch, capsys):

@@ -1,5 +1,6 @@
 """The page in a real browser: headless Chromium, driven by Playwright."""
 
+import json
 import os
 import re
 import shutil
@@ -141,6 +142,64 @@ def test_colours_have_a_common_scale_and_a_legend(opened, tmp_path, key):
 
 
 @in_a_browser
+def test_values_under_the_mouse(opened):
+    tip, cell = opened.locator("#tip"), opened.locator(".cell[data-panel='2']")
+    assert tip.is_hidden()
+    cell.scroll_into_view_if_needed()
+    box = cell.bounding_box()
+    opened.mouse.move(box["x"] + box["width"] / 2, box["y"] + 270)  # the lower part of the ring
+    tip.wait_for(state="visible", timeout=5000)
+    said = tip.inner_text().splitlines()
+    assert re.fullmatch(r"vertex \d+", said[0])
+    figures = dict(line.split(": ") for line in said[1:])
+    assert list(figures) == ["distance to the truth", "distance moved", "curvature"]
+    assert 0 < float(figures["distance moved"].split()[0]) < 1.5
+    opened.mouse.move(box["x"] + box["width"] / 2, box["y"] + 15)
+    tip.wait_for(state="hidden", timeout=5000)
+    opened.locator(".bar").first.hover()
+    assert "time" in tip.inner_text()
+    plot = opened.locator(".plot").first
+    plot.scroll_into_view_if_needed()
+    x, y, text = json.loads(plot.get_attribute("data-marks"))[0]
+    box = plot.locator("svg").bounding_box()
+    opened.mouse.move(box["x"] + x * box["width"] + 1, box["y"] + y * box["height"])
+    assert tip.inner_text() == text
+    assert "noise removed" in text
+
+
+@in_a_browser
+def test_a_bar_in_each_view_tells_lengths(opened):
+    bar = opened.locator(".cell[data-panel='2'] .scale")
+
+    def pixels_a_unit():
+        opened.evaluate("specsmooth.draw()")
+        return bar.bounding_box()["width"] / float(bar.inner_text().split(" (")[0])
+
+    before = pixels_a_unit()
+    height = opened.locator(".cell").first.bounding_box()["height"] - 40
+    assert before * 1.08 * np.ptp(torus(40, 24)[0], axis=0).max() == pytest.approx(height, rel=0.1)  # and some noise
+    opened.evaluate("specsmooth.state.height /= 7")
+    assert pixels_a_unit() == pytest.approx(7 * before, rel=0.02)
+
+
+@in_a_browser
+def test_windows_of_any_width_show_all(opened):
+    for width in (1400, 800, 400):
+        opened.set_viewport_size({"width": width, "height": 1000})
+        assert opened.evaluate("document.documentElement.scrollWidth") == width
+        # what scrolls does so inside of its box, where numbers are seen at once
+        for each in opened.evaluate("""[...document.querySelectorAll('.scroll')].map(s => [
+                s.scrollWidth - s.clientWidth, s.getBoundingClientRect().right,
+                s.querySelector('tbody td').getBoundingClientRect().right])"""):
+            assert each[0] == 0 or width < 1400
+            assert each[2] <= each[1] <= width
+        cut = opened.evaluate("""[...document.querySelectorAll('.who,.figure,.cell b,.track .failed')].filter(
+                e => e.offsetParent && e.scrollWidth > e.clientWidth + 1 && getComputedStyle(e).display !== 'inline'
+            ).map(e => e.textContent)""")
+        assert cut == []
+
+
+@in_a_browser
 def test_tables_sort_and_what_failed_stays_last(opened):
     table = opened.locator("table.sortable").first
     column = table.locator("thead th").all_inner_texts().index("normals off\ndegrees")
@@ -190,6 +249,9 @@ def test_the_page_says_what_is_needed_to_do_it_again(folder):
     assert mss.__version__ in text
     assert pymeshlab.__version__ in text if hasattr(pymeshlab, "__version__") else "pymeshlab" in text
     assert re.search(r'<code title="[0-9a-f]{64}">', text)
+    prose = re.sub(r"<script.*?</script>|<style.*?</style>", "", text, flags=re.DOTALL)
+    assert "`" not in prose
+    assert "-0.000" not in prose
     # no address but those of SVG's vocabularies
     assert set(re.findall(r"https?://[\w.]+", text)) <= {
         "http://www.w3.org",
@@ -202,8 +264,8 @@ def test_the_project_has_a_layer_a_result_with_its_error(folder):
     ms = pymeshlab.MeshSet()
     ms.load_project(str(folder / "comparison.mlp"))
     labels = [mesh.label() for mesh in ms]
-    assert labels[:2] == ["as given", "the truth"]
-    assert "MeshLab Taubin: ms.apply_coord_taubin_smoothing()" in labels
+    assert [label.split(" (")[0] for label in labels[:3]] == ["as given", "the truth", "specsmooth automatic"]
+    assert all(re.fullmatch(r"[^.]+ \(blue 0, red \d+ % of an edge off\)", label) for label in labels)
     assert len(labels) == 4
     assert ms.mesh(1).vertex_scalar_array().max() == 0
     assert ms.mesh(0).vertex_scalar_array().max() > 0

@@ -77,6 +77,8 @@ def read(path: str | os.PathLike[str], prefix: str = "") -> pymeshlab.MeshSet:
     source = Path(path)
     with _as_file_error(source, "read"):
         if not source.is_file():
+            if source.is_dir():
+                raise FileError(f"{path}: is a folder; give one of the mesh files in it")
             raise FileError(f"{path}: {'is no regular file' if source.exists() else 'no such file'}")
         _check_name(source)
         headers.check(source)

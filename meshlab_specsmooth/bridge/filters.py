@@ -384,7 +384,7 @@ def _report(result: SmoothingResult | EdgeAwareResult) -> Report:
     """All fields but the surfaces, as a dict."""
     evidence = {name: value for name, value in vars(result).items() if name not in _SURFACES}
     if len(result.vertices) > _MOST_PICTURED:
-        result = replace(result, vertices=np.empty((0, 3)), given=None)
+        result = replace(result, vertices=np.empty((0, 3)), given=None, source=None)
     return Report(evidence, result)
 
 

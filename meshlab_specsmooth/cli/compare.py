@@ -9,13 +9,14 @@ from pathlib import Path
 from meshlab_specsmooth.bridge import files, meshset, precision
 from meshlab_specsmooth.cli.demo import noise_level, seed_number
 from meshlab_specsmooth.cli.meshes import say_rounding
+from meshlab_specsmooth.cli.options import add_overwrite
 from meshlab_specsmooth.cli.progress import bar, notice
 from meshlab_specsmooth.compare.comparison import table
 from meshlab_specsmooth.compare.competitors import COMPETITORS, DEFAULT, competitors
 from meshlab_specsmooth.compare.experiment import experiment
 from meshlab_specsmooth.errors import InvalidParameter, MissingExtra
 from meshlab_specsmooth.report import page
-from meshlab_specsmooth.report.compared import surface_of
+from meshlab_specsmooth.report.compared import surface_of, with_colors
 
 SUMMARY = "find out which filter suits a mesh, MeshLab's and ours side by side"
 DESCRIPTION = f"""Runs MeshLab's smoothing filters and this package's on a mesh, at their defaults and over their
@@ -48,6 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--filters", metavar="FILTER", nargs="+", help="short names, filters, or calls as name(parameter=value)"
     )
+    add_overwrite(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -55,10 +57,19 @@ def run(arguments: argparse.Namespace) -> None:
     if arguments.noise is not None and arguments.ground_truth is not None:
         raise InvalidParameter("--noise and --ground-truth are both given; noise is added to a clean mesh")
     wanted = competitors(arguments.filters)
-    page.made(arguments.out)
+    page.check_folder(arguments.out)
+    if not arguments.overwrite:
+        inputs = [each for each in (arguments.mesh, arguments.ground_truth) if each is not None]
+        page.check_inputs(arguments.out, inputs, [each.name for each in wanted])
     ms = files.read(arguments.mesh)
     say_rounding(ms, arguments.mesh)
     precision.check_drawable(meshset.pull(ms)[0], arguments.mesh)
+    has_extra = True
+    try:
+        page.check_extra()
+    except MissingExtra as error:  # the figures can be made all the same
+        notice(f"{error}; without it there are the project and the figures")
+        has_extra = False
     given = surface_of(ms)
     truth = None if arguments.ground_truth is None else surface_of(files.read(arguments.ground_truth))
     with bar("comparing") as progress:
@@ -71,12 +82,9 @@ def run(arguments: argparse.Namespace) -> None:
             name=Path(arguments.mesh).name,
             progress=progress,
         )
+    found = with_colors(found, ms)
     print(f"{found.headline()}.\n{' '.join(found.reasons())}\n\n{table(found)}\n")
-    try:
-        written = page.write(found, arguments.out, recipe_of(arguments))
-    except MissingExtra as error:  # the figures are there all the same
-        notice(error)
-        written = [path for path in page.places(arguments.out) if path.suffix != ".html"]
+    written = page.write(found, arguments.out, recipe_of(arguments), with_page=has_extra)
     print("\n".join(str(path) for path in reversed(written)))
 
 

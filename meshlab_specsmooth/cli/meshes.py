@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 from typing import Any
 
 from meshlab_specsmooth.bridge import files, losses, meshset, precision
 from meshlab_specsmooth.cli.progress import notice
+from meshlab_specsmooth.errors import InvalidParameter
 
 
 def read_to_write(arguments: argparse.Namespace, moves: bool = False) -> Any:
@@ -20,9 +22,13 @@ def read_to_write(arguments: argparse.Namespace, moves: bool = False) -> Any:
 
     Raises
     ------
+    InvalidParameter
+        The output is the input, and ``--overwrite`` is not given.
     FileError
         It cannot be read; a texture would replace another file; or coordinates are rounded too far.
     """
+    if not arguments.overwrite and Path(arguments.input).resolve() == Path(arguments.output).resolve():
+        raise InvalidParameter(f"{arguments.output} is the input and the output; --overwrite replaces it")
     ms = files.read(arguments.input)
     files.check_textures(ms, arguments.output, arguments.input)
     lost = losses.losses(arguments.input)

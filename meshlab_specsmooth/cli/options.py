@@ -14,6 +14,12 @@ def add_files(parser: argparse.ArgumentParser) -> None:
     add_input(parser, "IN")
     parser.add_argument("output", metavar="OUT", help="mesh to write: whole or not at all, in the format of its ending")
     add_force(parser)
+    add_overwrite(parser)
+
+
+def add_overwrite(parser: argparse.ArgumentParser) -> None:
+    """Whether the output may be the input."""
+    parser.add_argument("--overwrite", action="store_true", help="write also where that replaces the input")
 
 
 def add_force(parser: argparse.ArgumentParser) -> None:

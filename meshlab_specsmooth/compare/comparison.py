@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -19,9 +19,12 @@ _BEYOND = {
     CORRELATED: "neighbouring vertices share this noise",
     UNCLEAR: "noise cannot be told from shape on these triangles",
 }
+# A filter that is so many times faster than another is called so
+_FASTER = 1.5
 
-# Two estimates that differ by less than so many standard errors, or by less than this share, are level
-_SURELY, _ALIKE = 2.0, 0.01
+# Two estimates that differ by less than so many standard errors, or by less than this share, are level; and true errors
+# that differ by less than that share are alike
+_SURELY, _LEVEL, _ALIKE = 2.0, 0.03, 0.01
 
 
 @dataclass(frozen=True)
@@ -210,11 +213,12 @@ class Row:
 
 @dataclass(frozen=True, eq=False)
 class Point:
-    """A filter at one strength: the call, the strength, and measures by key."""
+    """A filter at one strength: the call, the strength, measures by key, and the estimated error's standard error."""
 
     call: str
     strength: object
     values: Mapping[str, float]
+    uncertainty: float = math.nan
 
 
 @dataclass(frozen=True, eq=False)
@@ -258,6 +262,8 @@ class Comparison:
     versions : mapping
     seconds : float
         All of it.
+    vertex_colors, face_colors : (n, 3) or (m, 3) float64, or None
+        Of the mesh as it was read, in [0, 1], where it has some.
     """
 
     name: str
@@ -275,10 +281,14 @@ class Comparison:
     once: bool
     versions: Mapping[str, str]
     seconds: float
+    vertex_colors: Floats | None = None
+    face_colors: Floats | None = None
 
     @property
     def ranked(self) -> tuple[Row, ...]:
-        """The rows by estimated error, those that failed last."""
+        """The rows by estimated error, those that failed last; by the truth where no error can be estimated."""
+        if self.noise.kind == UNCLEAR:
+            return tuple(sorted(self.rows, key=lambda row: (bool(row.failure), _by_truth(row))))
         return tuple(sorted(self.rows, key=lambda row: row.values.get("estimated_error", math.inf)))
 
     @property
@@ -288,8 +298,8 @@ class Comparison:
 
     @property
     def level(self) -> tuple[Row, ...]:
-        """Other rows that are as good as the best: no further behind than chance, or a hundredth, explains."""
-        limit = _ALIKE * self.best.values["estimated_error"]
+        """Other rows that are as good as the best: no further behind than chance explains, or than three per cent."""
+        limit = _LEVEL * self.best.values.get("estimated_error", math.nan)
         return tuple(
             row
             for row in self.ranked
@@ -324,7 +334,7 @@ class Comparison:
 
     def errors(self) -> Floats:
         """(k, 2) estimated and true errors that :attr:`correlation` is of."""
-        limit = self.rows[0].values["estimated_error"]
+        limit = self.rows[0].values.get("estimated_error", math.nan)
         # what is estimated on a part does not belong to the true error of the whole
         values = [] if self.once else [row.values for row in self.rows]
         values += [p.values for curve in self.curves for p in curve.points]
@@ -358,15 +368,19 @@ class Comparison:
         leave = self.choice is self.rows[0]
         advice = "Leave it as it is" if leave else f"Take {self.choice.name}"
         if not self.trusted:
-            return f"{advice}: so says the truth (on this noise no estimate could)"
+            where = "on these triangles" if self.noise.kind == UNCLEAR else "on this noise"
+            return f"{advice}: so says the truth ({where} no estimate could)"
         if self.noise.kind == NONE:
-            return f"{advice}: there is no noise to speak of"
-        if leave:
-            advice += ": every filter makes it worse"
-        if self.closest is not None:
-            agrees = _by_truth(self.choice) <= (1 + _ALIKE) * _by_truth(self.closest)
-            return f"{advice}; the truth agrees" if agrees else f"{advice}; by the truth {self.closest.name} is closer"
-        return f"{advice}, or {self.level[0].name}: they are level" if self.level and not leave else advice
+            advice += ": there is no noise to speak of"
+        elif leave:
+            advice += ": no filter is surely better" if self.level else ": every filter makes it worse"
+        elif self.level:
+            advice = f"Take {_alternatives(self.choice, self.level)}: they are level"
+        if self.closest is None:
+            return advice
+        if _by_truth(self.choice) > (1 + _ALIKE) * _by_truth(self.closest):
+            return f"{advice}; by the truth {self.closest.name} is closer"
+        return advice if self.noise.kind == NONE else f"{advice}; the truth agrees"
 
     def reasons(self) -> tuple[str, ...]:
         """Why, in sentences."""
@@ -389,11 +403,50 @@ def _by_truth(row: Row) -> float:
     return row.values.get("true_error", row.values.get("surface_error", math.inf))
 
 
+def _alternatives(best: Row, level: Sequence[Row]) -> str:
+    """Rows that are level, with their price: the best, the fastest, and how many there are besides.
+
+    Examples
+    --------
+    >>> from meshlab_specsmooth.compare.comparison import Row, _alternatives
+    >>> from meshlab_specsmooth.compare.competitors import COMPETITORS
+    >>> rows = [Row(COMPETITORS[k], None, values={"seconds": s}) for k, s in (("denoise", 2.0), ("taubin", 0.05))]
+    >>> _alternatives(rows[0], rows[1:])
+    'specsmooth denoise (2.00 s) or MeshLab Taubin (0.05 s, 40 times faster)'
+    """
+    fastest = min(level, key=_seconds)
+    words = [_priced(best, fastest), _priced(fastest, best)]
+    if len(level) > 1:
+        words.append(f"{len(level) - 1} other{'s' if len(level) > 2 else ''}")
+    return f"{', '.join(words[:-1])} or {words[-1]}"
+
+
+def _seconds(row: Row) -> float:
+    """What a row takes: nothing at all where the mesh is left as it is."""
+    return 0.0 if row.competitor is None else row.values.get("seconds", math.inf)
+
+
+def _priced(row: Row, other: Row) -> str:
+    if row.competitor is None:
+        return "the mesh as it is"
+    own = _seconds(row)
+    return f"{row.name} ({format_number(own, 2)} s{_faster(own, other)})" if math.isfinite(own) else row.name
+
+
+def _faster(seconds: float, than: Row) -> str:
+    """By how much something is faster than a row; nothing where it is not, or hardly."""
+    times = _seconds(than) / seconds if seconds > 0 else math.nan
+    if not (math.isfinite(times) and times >= _FASTER):
+        return ""
+    return f", {format_number(times, 0 if times >= 9.5 else 1)} times faster"
+
+
 def _reasons(found: Comparison) -> Iterable[str]:
     if found.noise.kind == NONE:
         yield f"The noise measured is {found.noise.level_in_edges:.3f} mean edges, less than a fiftieth."
+        yield from _truth_says(found, found.best)
     elif found.noise.kind == UNCLEAR and found.closest is None:
-        yield f"{str(found.noise.reason).capitalize()}, so no error can be estimated. Look at the surfaces."
+        yield f"{_why_unclear(found.noise)} Look at the surfaces."
     elif found.trusted:
         yield from _by_estimate(found)
     else:
@@ -410,6 +463,12 @@ def _reasons(found: Comparison) -> Iterable[str]:
         yield f"Estimated and true errors correlate by {found.correlation:.4f} over {len(found.errors())} settings."
 
 
+def _why_unclear(noise: Noise) -> str:
+    """Why there are no estimates, as a sentence."""
+    reason = noise.reason or "noise and shape cannot be told apart here"
+    return f"{reason[0].upper()}{reason[1:]}, so no error can be estimated."
+
+
 def _left_out(found: Comparison) -> list[str]:
     """Columns that a smaller mesh would have."""
     wanted = ("surface_error", "hausdorff", "intersections") if found.truth is not None else ("intersections",)
@@ -419,9 +478,10 @@ def _left_out(found: Comparison) -> list[str]:
 def _by_estimate(found: Comparison) -> Iterable[str]:
     before, best = found.rows[0].values["estimated_error"], found.best
     if best.competitor is not None:
-        after, ours = best.values["estimated_error"], best.competitor.ours
+        ours = best.competitor.ours
+        how_close = "as close to the true surface as any" if found.level else "the closest to the true surface"
         yield (
-            f"Its result is the closest to the true surface: {estimate_shown(best)} mean edges off by the estimate, "
+            f"Its result is {how_close}: {estimate_shown(best)} mean edges off by the estimate, "
             f"where the mesh as given is {before:.3f} off."
         )
         yield from _truth_says(found, best)
@@ -429,15 +489,19 @@ def _by_estimate(found: Comparison) -> Iterable[str]:
         rival = next((row for row in others if "estimated_error" in row.values), None)
         if rival is not None:
             whose = "MeshLab's best filter" if ours else "The best of this package's"
-            error = rival.values["estimated_error"]
-            yield f"{whose} at its defaults, {rival.name}, is {error:.3f} off ({_more(error, after)})."
+            more = " (level)" if rival in found.level else _more_than_best(found, rival.values, rival.uncertainty)
+            yield f"{whose} at its defaults, {rival.name}, is {_estimate(rival.values, rival.uncertainty)} off{more}."
         tuned = next((pair for pair in found.tuned if not pair[0].competitor.ours), None)
         if tuned is not None and ours:
-            error = tuned[1].values["estimated_error"]
-            more = _more(error, after)
-            yield f"With its strength tuned, the best that MeshLab gets is {error:.3f} ({more}): {tuned[1].call}."
+            point = tuned[1]
+            more = _more_than_best(found, point.values, point.uncertainty)
+            if point.values["estimated_error"] <= (1 + _LEVEL) * best.values["estimated_error"]:
+                more = f" (level{_faster(point.values.get('seconds', math.nan), best) if found.sample is None else ''})"
+            error = _estimate(point.values, point.uncertainty)
+            yield f"With its strength tuned, the best that MeshLab gets is {error}{more}: {point.call}."
         if found.level:
-            yield f"As good within the uncertainty: {', '.join(row.name for row in found.level)}."
+            names = ", ".join(_priced(row, best) for row in found.level)
+            yield f"As good within the uncertainty: {names}; {best.name} takes {_seconds(best):.2f} s."
         yield _cost(best, found)
     else:
         yield from _truth_says(found, best)
@@ -451,7 +515,7 @@ def _truth_says(found: Comparison, best: Row) -> Iterable[str]:
         return
     least, own = _by_truth(found.closest), _by_truth(best)
     if found.closest is best:
-        yield f"The truth, which is known here, agrees: {own:.3f} mean edges off, and all others are further."
+        yield f"The truth, which is known here, agrees: {own:.3f} mean edges off, and no other is closer."
     else:
         yield (
             f"By the truth, which is known here, {found.closest.name} is the closest: {least:.3f} mean edges off, "
@@ -462,7 +526,6 @@ def _truth_says(found: Comparison, best: Row) -> Iterable[str]:
 def _without_estimate(found: Comparison) -> Iterable[str]:
     """Where noise is of a kind that the estimate is not made for."""
     first, given, closest = found.ranked[0], found.rows[0], found.closest
-    errors = [row.values["estimated_error"] for row in (first, given)]
     if closest is None:
         yield (
             "Errors without a truth are estimated as if noise were independent from vertex to vertex. Here it is not, "
@@ -476,13 +539,31 @@ def _without_estimate(found: Comparison) -> Iterable[str]:
             f"as given is {_by_truth(given):.3f} off."
         )
         yield _cost(closest, found)
+    if found.noise.kind == UNCLEAR:
+        yield _why_unclear(found.noise)
+        return
+    errors = [_estimate(row.values, row.uncertainty) for row in (first, given)]
     yield (
         f"The estimate is not made for this noise ({_BEYOND[found.noise.kind]}). It has {first.name} first: "
-        f"{errors[0]:.2f} mean edges off, and the mesh as given {errors[1]:.2f}."
+        f"{errors[0]} mean edges off, and the mesh as given {errors[1]}."
     )
     if closest is not None and first is not closest:
         own, least = _by_truth(first), _by_truth(closest)
         yield f"In truth {first.name} is {own:.3f} off ({_more(own, least)})."
+
+
+def _estimate(values: Mapping[str, float], uncertainty: float) -> str:
+    """The estimated error without its uncertainty, or its bound."""
+    return format_estimate(values.get("estimated_error", math.nan), uncertainty, bare=True)
+
+
+def _more_than_best(found: Comparison, values: Mapping[str, float], uncertainty: float) -> str:
+    """By how much an estimate is more than the best, in brackets; nothing where one of them is but a bound."""
+    error, best = values["estimated_error"], found.best
+    least = best.values["estimated_error"]
+    if is_bound(error, uncertainty) or is_bound(least, best.uncertainty):
+        return ""
+    return f" ({_more(error, least)})"
 
 
 def _more(error: float, than: float) -> str:
@@ -496,13 +577,48 @@ def _cost(row: Row, found: Comparison) -> str:
     values = row.values
     words = [f"it removes {values['noise_removed']:.0f} % of the noise"]
     if "volume" in values:
-        words.append(f"changes the volume by {values['volume']:+.3f} %")
+        words.append(f"changes the volume by {format_number(values['volume'], 3, signed=True)} %")
     else:
-        words.append(f"shifts the surface by {values['offset']:+.4f} mean edges on average")
+        words.append(f"shifts the surface by {format_number(values['offset'], 4, signed=True)} mean edges on average")
     if found.truth is not None:  # of a noisy mesh, faces are turned over already, and smoothing turns them back
         words.append(f"turns {values['flips']:.2f} % of the faces over")
     text = f"{', '.join(words[:-1])} and {words[-1]}."
     return text[0].upper() + text[1:]
+
+
+def format_number(value: float, digits: int, signed: bool = False) -> str:
+    """A number with so many digits after the point; one that rounds to zero has no sign.
+
+    Examples
+    --------
+    >>> from meshlab_specsmooth.compare.comparison import format_number
+    >>> format_number(-0.0004, 3), format_number(0.0126, 3, signed=True), format_number(-0.0126, 2)
+    ('0.000', '+0.013', '-0.01')
+    """
+    text = f"{value:{'+' if signed else ''}.{digits}f}"
+    return text if float(text) else f"{0:.{digits}f}"
+
+
+def is_bound(error: float, uncertainty: float) -> bool:
+    """Whether an estimated error cannot be told from none, so that only a bound on it is known."""
+    return error < uncertainty
+
+
+def format_estimate(error: float, uncertainty: float, bare: bool = False) -> str:
+    """An estimated error with its uncertainty, or without; a bound where it cannot be told from none.
+
+    Examples
+    --------
+    >>> from meshlab_specsmooth.compare.comparison import format_estimate
+    >>> format_estimate(0.072, 0.007), format_estimate(0.0, 0.038), format_estimate(0.072, 0.007, bare=True)
+    ('0.072 ± 0.007', 'at most 0.038', '0.072')
+    """
+    if not math.isfinite(error):
+        return ""
+    if is_bound(error, uncertainty) or error < 0.0005:
+        return f"at most {format_number(max(error + np.nan_to_num(uncertainty), 0.001), 3)}"
+    value = shown(MEASURES["estimated_error"], error)
+    return value if bare or not math.isfinite(uncertainty) else f"{value} ± {format_number(uncertainty, 3)}"
 
 
 def shown(measure: Measure, value: float) -> str:
@@ -518,13 +634,12 @@ def shown(measure: Measure, value: float) -> str:
         return ""
     if abs(value) >= 9999:
         return f"{value:.0e}"
-    return f"{value:{'+' if measure.better == 'zero' else ''}.{measure.digits}f}"
+    return format_number(value, measure.digits, signed=measure.better == "zero")
 
 
 def estimate_shown(row: Row) -> str:
-    """The estimated error with its uncertainty."""
-    value = shown(MEASURES["estimated_error"], row.values.get("estimated_error", math.nan))
-    return f"{value} ± {row.uncertainty:.3f}" if value and math.isfinite(row.uncertainty) else value
+    """The estimated error of a row with its uncertainty, or a bound on it."""
+    return format_estimate(row.values.get("estimated_error", math.nan), row.uncertainty)
 
 
 def table(found: Comparison) -> str:

@@ -49,6 +49,8 @@ class Competitor:
     holds : tuple of str
         What the filter chooses by itself and returns. Its error is estimated with those held at what it chose for the
         mesh as given, so that it is the error of one setting.
+    held_by : str
+        The filter that runs at what was chosen, where this one has no parameters for it; empty where it has.
     notes : tuple of str
         Known faults, as footnotes.
     key : str
@@ -66,11 +68,12 @@ class Competitor:
     times: int = 1
     strength: Strength | None = None
     holds: tuple[str, ...] = ()
+    held_by: str = ""
     notes: tuple[str, ...] = ()
     key: str = ""
 
     def __post_init__(self) -> None:
-        for name in ("name", "filter", "key"):
+        for name in ("name", "filter", "held_by", "key"):
             _check_kind(name, getattr(self, name), str, "a string")
         _check_kind("parameters", self.parameters, Mapping, "a mapping of names to values")
         for name in ("holds", "notes"):
@@ -125,12 +128,20 @@ def _typed(value: Any) -> str:
     return f"pymeshlab.PercentageValue({100 * value.share:g})" if isinstance(value, Length) else repr(value)
 
 
-_SELECTION = "MeshLab's filter ignores `selected`, and works on selected faces alone whenever there are any."
+_SELECTION = "MeshLab's filter ignores its parameter selected, and works on selected faces alone if there are any."
+_EDGE_AWARE = ("start", "strength", "range_width", "passes", "barycenter_weight")
 _STEPS = (1, 2, 3, 5, 8, 13)
 
 COMPETITORS = {
     competitor.key: competitor
     for competitor in (
+        Competitor(
+            "specsmooth denoise",
+            "apply_coord_spectral_denoising",
+            holds=_EDGE_AWARE,
+            held_by="apply_coord_edge_aware_smoothing",
+            key="denoise",
+        ),
         Competitor(
             "MeshLab Laplacian (cotangent)",
             "apply_coord_laplacian_smoothing",
@@ -208,7 +219,7 @@ COMPETITORS = {
             "specsmooth edge-aware",
             "apply_coord_edge_aware_smoothing",
             strength=Strength("strength", (0.02, 0.2, 1.0, 4.0)),
-            holds=("start", "strength", "range_width", "passes", "barycenter_weight"),
+            holds=_EDGE_AWARE,
             key="edge-aware",
         ),
     )

@@ -27,7 +27,7 @@ from meshlab_specsmooth.descriptors import Length, load
 from meshlab_specsmooth.errors import FilterFailed, InvalidParameter, InvalidSurface
 from meshlab_specsmooth.estimation import PreparedError, prepare_error
 from meshlab_specsmooth.graph.laplacian import Laplacian
-from meshlab_specsmooth.noise import Noise
+from meshlab_specsmooth.noise import UNCLEAR, Noise
 from meshlab_specsmooth.parameters import NOISE_IN_EXTENTS, check_number
 from meshlab_specsmooth.smoothing import assemble
 from meshlab_specsmooth.spectral.density import band_energies
@@ -228,6 +228,11 @@ class _Bench:
         return replace(bench, ruler=ruler, judged=judged, noise=ruler.noise_left(given), stretch=stretch)
 
     @property
+    def has_estimates(self) -> bool:
+        """Whether noise can be told from shape, without which no error can be estimated."""
+        return self.risk.noise.kind != UNCLEAR
+
+    @property
     def eigenvalues(self) -> Floats:
         """Middle of the bands."""
         return np.asarray(1 - np.cos((self.angles[1:] + self.angles[:-1]) / 2))
@@ -338,7 +343,7 @@ def _run(
         pending.append((repeated, sampled))
     sweeps = [pool.submit(_swept, part, each, small, steps) for each in wanted]
     judge = small if bench.once else bench
-    given = judge.estimated(judge.given.vertices, judge.perturbed)
+    given = judge.estimated(judge.given.vertices, judge.perturbed) if bench.has_estimates else None
     untouched = replace(_row(None, bench, Ran(V, {}, math.nan), given), power=small.power(small.given.vertices))
     rows: list[tuple[Row, _Estimated | None]] = [(untouched, given)]
     for each, ran, (repeated, sampled) in zip(wanted, first, pending, strict=True):
@@ -349,7 +354,9 @@ def _run(
             rows.append((Row(each, None, str(failure)), None))
         else:
             vertices, perturbed = (ran.vertices, again) if seen is None else (seen[0], seen[1:])
-            estimated = small.estimated(vertices, perturbed) if bench.once else bench.estimated(ran.vertices, again)
+            estimated = None
+            if bench.has_estimates:
+                estimated = small.estimated(vertices, perturbed) if bench.once else bench.estimated(ran.vertices, again)
             row = _row(each, bench, ran, estimated)
             rows.append(
                 (replace(row, power=small.power(vertices), response=small.response(vertices, perturbed)), estimated)
@@ -378,10 +385,13 @@ def _held(competitor: Competitor, ran: Ran) -> Competitor:
     """The filter with what it chose by itself given as parameters, as far as it has those."""
     if not competitor.holds:
         return competitor
-    own = {parameter.name for parameter in load(competitor.filter).parameters}
-    held = {name: ran.output[name] for name in competitor.holds if name in own and ran.output.get(name)}
-    held |= competitor.parameters
-    return competitor if held == competitor.parameters else replace(competitor, parameters=held)
+    name = competitor.held_by or competitor.filter
+    own = {parameter.name for parameter in load(name).parameters}
+    held = {each: ran.output[each] for each in competitor.holds if each in own and ran.output.get(each)}
+    if competitor.held_by and len(held) < len(competitor.holds):
+        return competitor  # that filter would choose the rest, and not as this one does
+    held |= {each: value for each, value in competitor.parameters.items() if each in own}
+    return competitor if held == competitor.parameters else replace(competitor, filter=name, parameters=held)
 
 
 def _on_part(competitor: Competitor, bench: _Bench) -> Competitor:
@@ -449,29 +459,33 @@ def _swept(child: Child, competitor: Competitor, bench: _Bench, steps: _Steps) -
         ran = _tried(child, on_part, bench.given.vertices, steps)
         if isinstance(ran, str):
             continue
-        values = bench.quick(Surface(ran.vertices, bench.given.faces))
+        values, uncertainty = bench.quick(Surface(ran.vertices, bench.given.faces)), math.nan
         again = _repeated(child, on_part, ran, bench, _SWEPT_PROBES, steps)
-        if not isinstance(again, str):
-            values = {"estimated_error": bench.estimated(ran.vertices, again).error, **values}
-        points.append(Point(f"ms.{each.call}", value, values))
+        if bench.has_estimates and not isinstance(again, str):
+            estimated = bench.estimated(ran.vertices, again)
+            values, uncertainty = {"estimated_error": estimated.error, **values}, estimated.uncertainty
+        values = {**values, "seconds": ran.seconds}
+        points.append(Point(f"ms.{each.call}", value, values, uncertainty))
     return Curve(competitor, tuple(points))
 
 
-def _row(competitor: Competitor | None, bench: _Bench, ran: Ran, estimated: _Estimated) -> Row:
+def _row(competitor: Competitor | None, bench: _Bench, ran: Ran, estimated: _Estimated | None) -> Row:
     surface = Surface(ran.vertices, bench.given.faces)
     values, colours = bench.full(surface)
-    values |= {"estimated_error": estimated.error}
+    uncertainty = math.nan
+    if estimated is not None:
+        values["estimated_error"], uncertainty = estimated.error, estimated.uncertainty
     if math.isfinite(ran.seconds):
         values["seconds"] = ran.seconds
     chosen = {} if competitor is None else {name: ran.output[name] for name in competitor.holds if name in ran.output}
     digest = hashlib.sha256(np.ascontiguousarray(ran.vertices).tobytes()).hexdigest()
-    return Row(competitor, surface, "", values, estimated.uncertainty, chosen=chosen, colours=colours, hash=digest)
+    return Row(competitor, surface, "", values, uncertainty, chosen=chosen, colours=colours, hash=digest)
 
 
 def _compared(rows: Sequence[tuple[Row, _Estimated | None]]) -> tuple[Row, ...]:
     """The rows, with how far each is behind the best: by the same probes, so that most of their scatter cancels."""
-    best = min((found for _, found in rows if found is not None), key=lambda found: found.error)
-    return tuple(row if found is None else _behind(row, found, best) for row, found in rows)
+    best = min((found for _, found in rows if found is not None), key=lambda found: found.error, default=None)
+    return tuple(row if found is None or best is None else _behind(row, found, best) for row, found in rows)
 
 
 def _behind(row: Row, found: _Estimated, best: _Estimated) -> Row:

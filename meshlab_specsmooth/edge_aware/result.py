@@ -68,7 +68,7 @@ class Considered:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class EdgeAwareResult(Described, WithMesh):
+class EdgeAwareResult(WithMesh, Described):
     """The smoothed surface, and the evidence.
 
     Attributes
@@ -107,10 +107,10 @@ class EdgeAwareResult(Described, WithMesh):
         Vertices that lie where another one does, and moved with it.
     outliers : (k,) int64
         Single stray vertices that were put where their neighbors expect them, where the setting was chosen.
-    given : Surface or None
-        The input, for a notebook's picture of before and after.
     source : Source or None
         The mesh that was given, for ``mesh``.
+    given : Surface or None
+        The input, for a notebook's picture of before and after.
     """
 
     vertices: Floats

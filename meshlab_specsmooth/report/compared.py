@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable
+from dataclasses import replace
 
 import numpy.typing as npt
 
@@ -16,7 +17,7 @@ from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.parameters import LARGEST_SEED, check_count, check_path, show
 from meshlab_specsmooth.report import page
 from meshlab_specsmooth.spectral.progress import Progress, part
-from meshlab_specsmooth.surface import Surface
+from meshlab_specsmooth.surface import Floats, Surface
 
 # The share of the time that the page takes
 _PAGE = 0.15
@@ -55,7 +56,8 @@ def compare(
         Of that noise.
     filters : iterable of str or Competitor, optional
         Short names (``"laplacian"``, ``"taubin"``, ``"edge-aware"``, ...), names of filters, or calls such as
-        ``"apply_coord_taubin_smoothing(stepsmoothnum=20)"``. All short names but the slow ones by default.
+        ``"apply_coord_taubin_smoothing(stepsmoothnum=20)"``. By default all short names, ``"denoise"`` first, but the
+        slow ones.
     out : path, optional
         A folder for ``comparison.html`` (the extra ``report``), ``comparison.mlp``, a MeshLab project with a layer a
         result, ``comparison.json`` and ``comparison.txt``.
@@ -76,7 +78,7 @@ def compare(
     InvalidParameter
         Both a ground truth and noise, noise below 0, or filters that are no names.
     MissingExtra
-        ``out`` without the extra ``report``; all but the page is written by then.
+        ``out`` without the extra ``report``; nothing has been run by then.
     FileError
         ``out`` cannot be written.
 
@@ -95,7 +97,8 @@ def compare(
     if name is not None and not isinstance(name, str):
         raise InvalidParameter(f"name is {show(name)}; it must be a string")
     if out is not None:
-        page.made(check_path("out", out))
+        page.check_extra()
+        page.check_folder(check_path("out", out))
     given = recognize(mesh, faces).surface()
     found = experiment(
         given,
@@ -106,6 +109,7 @@ def compare(
         name=name or _label(mesh),
         progress=part(progress, 0.0, 1.0 if out is None else 1.0 - _PAGE),
     )
+    found = with_colors(found, mesh)
     if out is not None:
         page.write(found, out)
     if progress is not None:
@@ -116,6 +120,23 @@ def compare(
 def surface_of(mesh: Mesh, name: str = "mesh") -> Surface:
     """The surface of a mesh of any kind."""
     return recognize(mesh, name=name).surface()
+
+
+def with_colors(found: Comparison, mesh: Mesh) -> Comparison:
+    """The comparison with the colors of a MeshSet's current mesh; arrays have none."""
+    if not hasattr(mesh, "current_mesh"):
+        return found
+    current = mesh.current_mesh()
+    return replace(
+        found,
+        vertex_colors=_several(current.vertex_color_matrix()) if current.has_vertex_color() else None,
+        face_colors=_several(current.face_color_matrix()) if current.has_face_color() else None,
+    )
+
+
+def _several(colors: Floats) -> Floats | None:
+    """Colors without their opacity; None where all are one: so pymeshlab colors a mesh that has none."""
+    return colors[:, :3] if len(colors) and (colors != colors[0]).any() else None
 
 
 def _label(mesh: Mesh) -> str:

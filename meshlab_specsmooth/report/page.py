@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import base64
+import contextlib
 import importlib.resources
 import json
 import math
 import os
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -23,12 +24,15 @@ from meshlab_specsmooth.compare.comparison import (
     Measure,
     Row,
     estimate_shown,
+    format_estimate,
+    is_bound,
     shown,
     table,
 )
-from meshlab_specsmooth.errors import FileError, MissingExtra
+from meshlab_specsmooth.errors import FileError, InvalidParameter, MissingExtra
+from meshlab_specsmooth.noise import NONE, UNCLEAR
 from meshlab_specsmooth.report import plots
-from meshlab_specsmooth.report.pictures import Panel, close_up, front, render
+from meshlab_specsmooth.report.pictures import HEIGHT_BY_WIDTH, Panel, View, close_up, front, render
 from meshlab_specsmooth.surface import Floats, Integers, Surface
 
 # More vertices than this are not drawn, but some that stand for them
@@ -36,6 +40,9 @@ _DRAWN = 60_000
 _PICTURED = 9
 _STEPS = 2**16 - 1  # of a drawn coordinate, over the bounding box
 _SHOWN = 8  # panels at first
+_GIVEN, _TRUTH = "as given", "the truth"
+_FIRST_OF_SHAPE = "feature_loss"  # the measure that the second table begins with
+_MOST_HALF = 65000.0  # of a number of 16 bits
 # Colours end at this quantile of all results that are better than the mesh as given
 _QUANTILE = 0.98
 
@@ -58,7 +65,7 @@ _COLOURINGS = (
 )
 
 
-def write(found: Comparison, folder: str | os.PathLike[str], recipe: str = "") -> list[Path]:
+def write(found: Comparison, folder: str | os.PathLike[str], recipe: str = "", with_page: bool = True) -> list[Path]:
     """Write ``comparison.html``, ``comparison.mlp`` with its meshes, ``comparison.json`` and ``comparison.txt``.
 
     Parameters
@@ -68,26 +75,29 @@ def write(found: Comparison, folder: str | os.PathLike[str], recipe: str = "") -
         Made where it is not there.
     recipe : str
         What to type to make the same comparison.
+    with_page : bool
+        Whether to write the page, too, which needs the extra ``report``.
 
     Returns
     -------
     list of Path
-        What was written. What needs no extra comes first: without the extra ``report`` there is still the rest.
+        What was written.
 
     Raises
     ------
     MissingExtra
-        jinja2, matplotlib or PyVista is not installed; all but the page is written.
+        jinja2, matplotlib or PyVista is not installed, which :func:`check_extra` finds out before.
     FileError
         The folder cannot be made or written.
     """
-    made(folder)
-    written = places(folder)
+    written = places(folder) if with_page else places(folder)[:-1]
     text = f"{found.headline()}.\n{' '.join(found.reasons())}\n\n{table(found)}\n"
-    files.write_text(written[0], text)
-    files.write_text(written[1], json.dumps(data_of(found), indent=1) + "\n")
-    projects.write(written[2], _layers(found))
-    files.write_text(written[3], page(found, recipe))
+    with _made(folder):
+        files.write_text(written[0], text)
+        files.write_text(written[1], json.dumps(data_of(found), indent=1) + "\n")
+        projects.write(written[2], _layers(found))
+        if with_page:
+            files.write_text(written[3], page(found, recipe))
     return written
 
 
@@ -96,15 +106,51 @@ def places(folder: str | os.PathLike[str]) -> list[Path]:
     return [Path(folder) / f"comparison.{kind}" for kind in ("txt", "json", "mlp", "html")]
 
 
-def made(folder: str | os.PathLike[str]) -> Path:
-    """The folder, made where it is not there; raises :class:`FileError`."""
-    place = Path(folder)
+def check_extra() -> None:
+    """Raise :class:`MissingExtra` where something that the page is made with is not installed."""
     try:
-        place.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise FileError(f"{place}: cannot be made: {error.strerror}") from error
-    files.check_place(place / "comparison.html")
-    return place
+        import jinja2  # noqa: F401
+        import matplotlib  # noqa: F401
+        import pyvista  # noqa: F401
+    except ImportError as error:
+        raise MissingExtra("the page", "report") from error
+
+
+def check_folder(folder: str | os.PathLike[str]) -> None:
+    """Raise :class:`FileError` where a folder cannot be made or written; whether or not, it is left as it was."""
+    with _made(folder, is_kept=False):
+        pass
+
+
+def check_inputs(
+    folder: str | os.PathLike[str], inputs: Iterable[str | os.PathLike[str]], names: Iterable[str]
+) -> None:
+    """Raise :class:`InvalidParameter` where a comparison, with layers of these names, would replace an input."""
+    layers = [Path(folder) / _layer_file(name) for name in (_GIVEN, _TRUTH, *names)]
+    written = {place.resolve() for place in (*places(folder), *layers)}
+    for each in inputs:
+        if Path(each).resolve() in written:
+            raise InvalidParameter(f"{each} is an input, and would be replaced by the output; --overwrite allows that")
+
+
+@contextlib.contextmanager
+def _made(folder: str | os.PathLike[str], is_kept: bool = True) -> Iterator[None]:
+    """The folder is there inside; what was made for it and is empty in the end is removed after a failure."""
+    place = Path(folder)
+    new = [each for each in (place, *place.parents) if not each.exists()]
+    is_done = False
+    try:
+        try:
+            place.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise FileError(f"{place}: cannot be made: {error.strerror}") from error
+        files.check_place(place / "comparison.html")
+        yield
+        is_done = True
+    finally:
+        for each in new if not (is_done and is_kept) else ():
+            with contextlib.suppress(OSError):  # it was not made, or there is something in it
+                each.rmdir()
 
 
 def data_of(found: Comparison) -> dict[str, Any]:
@@ -170,7 +216,6 @@ def page(found: Comparison, recipe: str = "") -> str:
     safe = jinja2.utils.markupsafe.Markup
     notes: list[str] = []
     rows = [_table_row(found, row, painted, notes) for row in found.ranked]
-    columns = found.columns
     panels = _panels(found, painted, drawn)
     text: str = environment.from_string((here / "page.html").read_text(encoding="utf-8")).render(
         found=found,
@@ -179,18 +224,20 @@ def page(found: Comparison, recipe: str = "") -> str:
         noise_words=_noise_words(found),
         noise_details=_noise_details(found),
         bars=_bars(found, painted),
+        bar_words=_bar_words(found),
+        bar_unit=_bar_measure(found).key,
+        bar_ticks=_bar_ticks(found),
         colourings=[c for c in _COLOURINGS if any(c.key in row.colours for row in found.rows)],
         panels=panels,
         display_note=_display_note(found, drawn),
-        columns=columns,
-        table=rows,
+        tables=_tables(found, rows),
         footnotes=notes,
         sweep_note=_sweep_note(found),
-        curves=[safe(svg) for svg in plots.curves(found)],
+        curves=[_figure(plot, safe) for plot in plots.curves(found)],
         tuned=_tuned(found, painted),
         tuned_columns=_tuned_columns(found),
         legend=[{"name": row.name, "colour": painted[row.name]} for row in found.rows if not row.failure],
-        waves=[safe(svg) for svg in plots.waves(found)],
+        waves=[_figure(plot, safe) for plot in plots.waves(found)],
         calls=_calls(found),
         recipe=recipe,
         style=safe((here / "page.css").read_text(encoding="utf-8")),
@@ -200,47 +247,136 @@ def page(found: Comparison, recipe: str = "") -> str:
     return text
 
 
+def _figure(plot: plots.Plot, safe: Callable[[str], str]) -> dict[str, str]:
+    """A plot for the template: the picture, and what stands at which place of it."""
+    return {"svg": safe(plot.svg), "marks": json.dumps(plot.marks, separators=(",", ":"))}
+
+
+def _tables(found: Comparison, rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Columns and rows of two tables, as one of all measures is wider than a window."""
+    columns = found.columns
+    half = next((i for i, m in enumerate(columns) if m.key == _FIRST_OF_SHAPE), len(columns))
+    parts = [("How near, how long", slice(0, half)), ("What became of the shape", slice(half, None))]
+    return [
+        {
+            "title": title,
+            "columns": columns[some],
+            "rows": [{**row, "cells": row["cells"][some]} for row in rows],
+        }
+        for title, some in parts
+        if columns[some]
+    ]
+
+
 def _noise_words(found: Comparison) -> str:
-    level = found.noise.level_in_edges
+    noise, edge = found.noise, found.noise.mean_edge or 1.0  # as everywhere a level is stated
     added = "" if found.added is None else f" ({found.added:g} added on every coordinate, seed {found.seed})"
-    kind = "no noise to speak of" if found.noise.kind == "none" else f"{found.noise.kind} noise"
-    return f"{kind}, measured at {level:.3f} mean edges{added}"
+    if noise.kind == UNCLEAR:
+        return f"noise and shape cannot be told apart{added}"
+    kind = "no noise to speak of" if noise.kind == NONE else f"{noise.kind} noise"
+    return f"{kind}, measured at {noise.level / edge:.3f} mean edges{added}"
 
 
 def _noise_details(found: Comparison) -> str:
     noise = found.noise
     edge = noise.mean_edge or 1.0  # as everywhere a level is stated, not that of the truth
     low, level, high = (x / edge for x in (noise.low, noise.level, noise.high))
+    held = "Filters that choose a setting by themselves are held at what they chose for the mesh."
+    if noise.kind == UNCLEAR:
+        return (
+            f"Noise along the normals: at most {high:.4f} mean edges, if nothing of what was measured were shape. "
+            f"Without its level no error can be estimated. {held}"
+        )
+    probes = "one random perturbation" if found.probes == 1 else f"{found.probes} random perturbations"
     return (
         f"Noise measured along the normals: {level:.4f} mean edges, between {low:.4f} and {high:.4f}, taken for "
-        f"{noise.kind}. The estimated errors of the table come from {found.probes} random perturbations, the same for "
-        "every filter; the uncertainty is the standard error over them and that of the noise level. "
-        "Filters that choose a setting by themselves are held at what they chose for the mesh."
+        f"{'none' if noise.kind == NONE else noise.kind}. The estimated errors of the table come from {probes}, the "
+        "same for every filter; the uncertainty is the standard error over them and that of the noise level. An error "
+        f"below its uncertainty is given as a bound. {held}"
     )
 
 
-def _bars(found: Comparison, painted: Mapping[str, str]) -> list[dict[str, Any]]:
-    given = found.rows[0].values["estimated_error"]
-    values = [row.values.get("estimated_error", 0.0) for row in found.rows]
-    # what is much worse than doing nothing leaves the picture
-    full = max([v for v in values if v <= 1.3 * given] or [given]) * 1.08 or 1.0
+def _bar_measure(found: Comparison) -> Measure:
+    """What bars show: errors, or where none are known, how far vertices have moved."""
+    keys = {key for row in found.rows for key in row.values}
+    return next(
+        MEASURES[key] for key in ("estimated_error", "true_error", "surface_error", "displacement") if key in keys
+    )
+
+
+def _bar_words(found: Comparison) -> str:
+    return {
+        "estimated_error": "Estimated distance from the true surface",
+        "true_error": "Distance from the true surface, which is known",
+        "surface_error": "Distance from the true surface, which is known",
+        "displacement": "How far the vertices move, of which no part can be called noise or shape",
+    }[_bar_measure(found).key]
+
+
+def _upper(row: Row, key: str) -> float:
+    """Where a bar ends: at the value, or at the bound where that is all that is known."""
+    value = row.values.get(key, 0.0)
+    return value + row.uncertainty if key == "estimated_error" and is_bound(value, row.uncertainty) else value
+
+
+def _full(found: Comparison) -> float:
+    """Where the axis of the bars ends: what is much worse than doing nothing leaves the picture."""
+    key = _bar_measure(found).key
+    given = _upper(found.rows[0], key)
+    values = [_upper(row, key) for row in found.rows]
+    return max([v for v in values if v <= 1.3 * given or given == 0] or [given]) * 1.08 or 1.0
+
+
+def _bar_ticks(found: Comparison) -> list[dict[str, Any]]:
+    """Marks of the axis of the bars, in per cent of its length."""
+    full = _full(found)
+    step = plots.round_length(full / 3)
+    digits = max(0, -math.floor(math.log10(step)))
     return [
-        {
-            "name": row.name,
-            "best": row is found.choice,
-            "ours": row.competitor is not None and row.competitor.ours,
-            "given": row.competitor is None,
-            "failure": row.failure,
-            "beyond": row.values.get("estimated_error", 0.0) > full,
-            "width": min(100.0, round(100 * row.values.get("estimated_error", 0.0) / full, 2)),
-            "truth": round(100 * row.values["true_error"] / full, 2)
-            if row.values.get("true_error", math.inf) <= full
-            else None,
-            "colour": painted[row.name],
-            "shown": estimate_shown(row),
-        }
-        for row in found.ranked
+        {"at": round(100 * i * step / full, 2), "shown": f"{i * step:.{digits}f}"} for i in range(int(full / step) + 1)
     ]
+
+
+def _bars(found: Comparison, painted: Mapping[str, str]) -> list[dict[str, Any]]:
+    key, full = _bar_measure(found).key, _full(found)
+    bars = []
+    for row in found.ranked:
+        value, upper = row.values.get(key, 0.0), _upper(row, key)
+        spread = row.uncertainty if key == "estimated_error" and math.isfinite(row.uncertainty) else 0.0
+        truth = row.values.get("true_error", math.inf) if key == "estimated_error" else math.inf
+        shown_value = (
+            estimate_shown(row) if key == "estimated_error" else shown(MEASURES[key], row.values.get(key, math.nan))
+        )
+        bars.append(
+            {
+                "name": row.name,
+                "best": row is found.choice,
+                "ours": row.competitor is not None and row.competitor.ours,
+                "given": row.competitor is None,
+                "failure": row.failure,
+                "beyond": upper > full,
+                "bound": upper != value,
+                "width": min(100.0, round(100 * upper / full, 2)),
+                "low": round(100 * max(value - spread, 0.0) / full, 2),
+                "spread": round(100 * min(2 * spread, value + spread) / full, 2) if upper == value <= full else 0.0,
+                "truth": round(100 * truth / full, 2) if truth <= full else None,
+                "colour": painted[row.name],
+                "shown": shown_value,
+                "tip": _bar_tip(row, key, shown_value),
+            }
+        )
+    return bars
+
+
+def _bar_tip(row: Row, key: str, value: str) -> str:
+    if row.failure:
+        return f"{row.name}\n{row.failure}"
+    lines = [row.name, f"{MEASURES[key].label} {value} edges"]
+    for other in ("true_error", "normal_error", "noise_removed", "seconds"):
+        if other in row.values and other != key:
+            m = MEASURES[other]
+            lines.append(f"{m.label} {shown(m, row.values[other])} {m.unit}")
+    return "\n".join(lines)
 
 
 def _winners(rows: Sequence[Mapping[str, float]], columns: Sequence[Measure]) -> dict[str, float]:
@@ -269,7 +405,7 @@ def _cells(
             {
                 "shown": shown(m, value),
                 "value": f"{sorted_by:.9g}" if math.isfinite(value) else "",
-                "best": math.isfinite(value) and winners.get(m.key) == value,
+                "best": math.isfinite(value) and shown(m, winners.get(m.key, math.nan)) == shown(m, value),
             }
         )
     return cells
@@ -280,8 +416,9 @@ def _table_row(found: Comparison, row: Row, painted: Mapping[str, str], notes: l
     notes += [note for note in own if note not in notes]
     filters = [each.values for each in found.rows if each.competitor is not None]
     cells = _cells(row.values, found.columns, _winners(filters, found.columns) if row.competitor is not None else {})
-    if cells and not row.failure:
-        cells[0]["shown"] = estimate_shown(row)
+    if "estimated_error" in row.values:
+        is_best = row.competitor is not None and (row is found.best or row in found.level)
+        cells[0] |= {"shown": estimate_shown(row), "best": is_best}
     return {
         "name": row.name,
         "best": row is found.choice,
@@ -304,7 +441,12 @@ def _tuned(found: Comparison, painted: Mapping[str, str]) -> list[dict[str, Any]
         {
             "name": point.call,
             "colour": painted[curve.competitor.name],
-            "cells": _cells(point.values, columns, winners),
+            "cells": [
+                {**cell, "shown": format_estimate(point.values[m.key], point.uncertainty)}
+                if m.key == "estimated_error"
+                else cell
+                for m, cell in zip(columns, _cells(point.values, columns, winners), strict=True)
+            ],
         }
         for curve, point in found.tuned
     ]
@@ -394,10 +536,10 @@ class _Shape:
 def _shapes(found: Comparison) -> list[_Shape]:
     """As given, the truth if it has the same faces, then the results, best first."""
     given = found.rows[0]
-    shapes = [_Shape("as given", found.given, given.colours, given)]
+    shapes = [_Shape(_GIVEN, found.given, given.colours, given)]
     if found.truth is not None and np.array_equal(found.truth.faces, found.given.faces):
         flat = np.zeros(len(found.truth.vertices))
-        shapes.append(_Shape("the truth", found.truth, {"error": flat}, None))
+        shapes.append(_Shape(_TRUTH, found.truth, {"error": flat}, None))
     shapes += [
         _Shape(row.name, row.surface, row.colours, row)
         for row in found.ranked
@@ -410,7 +552,9 @@ def _panels(
     found: Comparison, painted: Mapping[str, str], drawn: tuple[npt.NDArray[np.int64], Integers]
 ) -> list[dict[str, Any]]:
     shapes = _shapes(found)
-    pictures = _pictures(found, shapes[:_PICTURED], drawn)
+    views = _views(found, shapes, drawn)
+    pictures = _pictures(views, shapes[:_PICTURED], drawn)
+    bars = [_scale_bar(view, found.edge) for view in views]
     return [
         {
             "name": shape.name,
@@ -418,24 +562,42 @@ def _panels(
             "caption": "" if shape.row is None else _caption(shape.row),
             "shown": i < _SHOWN,
             "picture": pictures[i] if i < len(pictures) else "",
+            "bars": bars,
         }
         for i, shape in enumerate(shapes)
     ]
 
 
 def _caption(row: Row) -> str:
-    text = f"error {shown(MEASURES['estimated_error'], row.values['estimated_error'])}"
+    words = []
+    if "estimated_error" in row.values:
+        words.append(f"error {format_estimate(row.values['estimated_error'], row.uncertainty, bare=True)}")
     if "true_error" in row.values:
-        text += f", in truth {shown(MEASURES['true_error'], row.values['true_error'])}"
-    return text
+        words.append(f"in truth {shown(MEASURES['true_error'], row.values['true_error'])}")
+    return ", ".join(words)
 
 
-def _pictures(found: Comparison, shapes: Sequence[_Shape], drawn: tuple[npt.NDArray[np.int64], Integers]) -> list[str]:
-    """PNGs: the whole and a close-up, one below the other."""
+def _views(
+    found: Comparison, shapes: Sequence[_Shape], drawn: tuple[npt.NDArray[np.int64], Integers]
+) -> tuple[View, View]:
+    """The whole and a close-up."""
     kept, faces = drawn
-    reference = Surface(shapes[0].surface.vertices[kept], faces)
-    view = front(reference)
-    views = [view, close_up(view, _eye_catcher(found), 0.28)]
+    view = front(Surface(shapes[0].surface.vertices[kept], faces))
+    return view, close_up(view, _eye_catcher(found), 0.28)
+
+
+def _scale_bar(view: View, edge: float) -> dict[str, Any]:
+    """A bar below a picture: its length in words, and as a share of the picture's width in per cent."""
+    width = view.height / HEIGHT_BY_WIDTH
+    length = plots.round_length(0.25 * width)
+    return {"width": round(100 * length / width, 2), "shown": f"{length:g} ({length / edge:.2g} edges)"}
+
+
+def _pictures(
+    views: Sequence[View], shapes: Sequence[_Shape], drawn: tuple[npt.NDArray[np.int64], Integers]
+) -> list[str]:
+    """PNGs: the views, one below the other."""
+    kept, faces = drawn
     encoded = []
     with tempfile.TemporaryDirectory(prefix="specsmooth-") as folder:
         path = Path(folder) / "panel.png"
@@ -483,10 +645,8 @@ def _scene(
     for shape in shapes:
         inside = np.clip((shape.surface.vertices[kept] - low) / size, 0, 1)
         values = {
-            key: _text(
-                np.round(255 * np.clip((shape.values[key][kept] - a) / (b - a), 0, 1)).astype(np.uint8).tobytes()
-            )
-            for key, (_, a, b) in scales.items()
+            key: _text(np.clip(shape.values[key][kept], -_MOST_HALF, _MOST_HALF).astype("<f2").tobytes())
+            for key in scales
             if key in shape.values
         }
         positions = np.round(_STEPS * inside).astype("<u2")
@@ -504,16 +664,19 @@ def _scene(
         "height": 1.08 * float(np.ptp(found.given.vertices, axis=0).max()) * unit,
         "close": catcher.tolist(),
         "scales": {
-            key: {"low": f"{a:.2g}", "high": f"{b:.2g}", "unit": c.unit, "ramp": _text(_ramp(c).tobytes())}
+            key: {"low": a, "high": b, "label": c.label, "unit": c.unit, "ramp": _text(_ramp(c).tobytes())}
             for key, (c, a, b) in scales.items()
         },
+        "extent": extent,
+        "edge": found.edge,
+        "whole": len(kept) == len(found.given.vertices),
     }
 
 
 def _range(found: Comparison, colouring: _Colouring) -> tuple[float, float]:
     """The common scale of all panels: from the results, and the mesh as given, that are not far astray."""
-    limit = 1.1 * found.rows[0].values["estimated_error"]
-    rows = [row for row in found.rows if row.values.get("estimated_error", math.inf) <= limit]
+    limit = 1.1 * found.rows[0].values.get("estimated_error", 0.0)
+    rows = [row for row in found.rows if not row.failure and row.values.get("estimated_error", 0.0) <= limit]
     values = np.concatenate([np.abs(row.colours[colouring.key]) for row in rows if colouring.key in row.colours])
     high = float(np.quantile(values, _QUANTILE)) or 1.0
     return (-high if colouring.signed else 0.0), high
@@ -534,21 +697,39 @@ def _text(data: bytes) -> str:
 
 
 def _layers(found: Comparison) -> list[projects.Layer]:
-    """One layer a result; quality is the error where the truth is known, else the distance moved."""
+    """One layer a result; quality is the error where the truth is known, else the distance moved.
+
+    The mesh as given keeps its own colors. The others have those of their quality, with the range in the label.
+    """
     colouring = next(c for c in _COLOURINGS if any(c.key in row.colours for row in found.rows))
     low, high = _range(found, colouring)
+    what = "off" if colouring.key == "error" else "moved"
     layers = []
     for i, shape in enumerate(_shapes(found)):
         quality = shape.values.get(colouring.key, np.zeros(len(shape.surface.vertices)))
-        label = shape.name if shape.row is None or not shape.row.call else f"{shape.name}: {shape.row.call}"
-        colours = _warmth((quality - low) / (high - low))
+        colours: Floats | None = _warmth((quality - low) / (high - low))
+        of_faces: Floats | None = None
+        label = f"{shape.name} (blue 0, red {_percent(high)} % of an edge {what})"
+        if i == 0 and (found.vertex_colors is not None or found.face_colors is not None):
+            colours, of_faces = found.vertex_colors, found.face_colors
+            label = f"{shape.name} (its own colors)"
         # all at one place: those that are hidden are a click away
-        layers.append(projects.Layer(label, f"{_file_name(shape.name)}.ply", shape.surface, quality, colours, i == 0))
+        file = _layer_file(shape.name)
+        layers.append(projects.Layer(_layer_label(label), file, shape.surface, quality, colours, i == 0, of_faces))
     return layers
 
 
-def _file_name(name: str) -> str:
-    return "".join(c if c.isalnum() else "_" for c in name.lower()).strip("_")[:40]
+def _percent(share: float) -> str:
+    return f"{100 * share:.0f}" if share >= 0.1 else f"{100 * share:.2g}"
+
+
+def _layer_label(text: str) -> str:
+    """A label of a layer: MeshLab ends what it shows at the first dot, as if an ending of a file came next."""
+    return text.replace(".", ",")
+
+
+def _layer_file(name: str) -> str:
+    return "".join(c if c.isalnum() else "_" for c in name.lower()).strip("_")[:40] + ".ply"
 
 
 def _warmth(share: Floats) -> Floats:

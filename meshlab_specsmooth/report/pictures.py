@@ -17,6 +17,7 @@ from meshlab_specsmooth.surface import Floats, Surface
 
 _COLOUR = "#d8c9a8"
 _WIDTH, _TITLE, _MARGIN = 360, 46, 6  # pixels of a panel
+HEIGHT_BY_WIDTH = (_WIDTH + _TITLE) / _WIDTH
 
 
 @dataclass(frozen=True, eq=False)

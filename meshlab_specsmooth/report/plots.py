@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import io
+import math
 import re
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from meshlab_specsmooth.compare.comparison import MEASURES, Comparison, Point, Row
+from meshlab_specsmooth.compare.comparison import MEASURES, Comparison, Point, Row, format_estimate, shown
 from meshlab_specsmooth.errors import MissingExtra
+from meshlab_specsmooth.surface import Floats
 
 # ours stand out; MeshLab's are told from each other
-_OURS = ("#1457b8", "#12a0c4", "#7a4fd0", "#4c8a2a")
+_OURS = ("#1457b8", "#12a0c4", "#7a4fd0", "#4c8a2a", "#0d2f6b")
 _THEIRS = ("#d1495b", "#e08e0b", "#8c5a2b", "#c65bb0", "#7f7f7f", "#b0a400", "#e377c2", "#555555")
 GIVEN, TRUTH = "#9aa5b1", "#2f2f2f"
 
@@ -32,6 +35,39 @@ _STYLE = {
 _COSTS = ("estimated_error", "volume", "offset", "feature_loss", "displacement")
 
 
+# Places in the axes of a plot, in its units, and what is said there
+Marks = list[tuple[float, float, str]]
+
+
+@dataclass(frozen=True)
+class Plot:
+    """A picture, and what is at which place of it.
+
+    Attributes
+    ----------
+    svg : str
+    marks : tuple of (float, float, str)
+        Places in shares of width and height, from the upper left corner, and words.
+    """
+
+    svg: str
+    marks: tuple[tuple[float, float, str], ...]
+
+
+def round_length(most: float) -> float:
+    """The largest of 1, 2 and 5 times a power of ten that is no longer.
+
+    Examples
+    --------
+    >>> from meshlab_specsmooth.report.plots import round_length
+    >>> round_length(0.7), round_length(31.0), round_length(0.2)
+    (0.5, 20.0, 0.2)
+    """
+    power = 10.0 ** math.floor(math.log10(most) + 1e-9)
+    digit = next(d for d in (5, 2, 1) if d * power <= most * (1 + 1e-9))
+    return float(f"{digit * power:.1g}")
+
+
 def colours(found: Comparison) -> dict[str, str]:
     """A colour for each row, by its name; ours in blue, violet and green."""
     ours, theirs, chosen = iter(_OURS * 9), iter(_THEIRS * 9), {}
@@ -46,20 +82,21 @@ def colours(found: Comparison) -> dict[str, str]:
     return chosen
 
 
-def curves(found: Comparison) -> list[str]:
+def curves(found: Comparison) -> list[Plot]:
     """What each filter costs over its strengths, against the noise removed; and estimated against true error."""
-    closed = any("volume" in point.values for curve in found.curves for point in curve.points)
+    known = {key for curve in found.curves for point in curve.points for key in point.values}
+    left_out = "offset" if "volume" in known else "volume"
     plots = [
         _svg((5.2, 3.7), _cost(found, key), f"{MEASURES[key].label} against noise removed")
         for key in _COSTS
-        if key != ("offset" if closed else "volume")
+        if key in known and key != left_out
     ]
     if len(found.errors()) > 1:
         plots.append(_svg((5.2, 3.7), lambda axes: _agreement(found, axes), "estimated against true error"))
     return plots
 
 
-def waves(found: Comparison) -> list[str]:
+def waves(found: Comparison) -> list[Plot]:
     """Transfer functions and spectra."""
     return [
         _svg((6.6, 4.0), lambda axes: _responses(found, axes), "transfer functions"),
@@ -67,7 +104,7 @@ def waves(found: Comparison) -> list[str]:
     ]
 
 
-def _svg(size: tuple[float, float], draw: Callable[[Any], None], title: str) -> str:
+def _svg(size: tuple[float, float], draw: Callable[[Any], Marks], title: str) -> Plot:
     try:
         import matplotlib
         from matplotlib.figure import Figure
@@ -75,15 +112,30 @@ def _svg(size: tuple[float, float], draw: Callable[[Any], None], title: str) -> 
         raise MissingExtra("a plot", "report") from error
     with matplotlib.rc_context(_STYLE):
         figure = Figure(figsize=size, layout="constrained")
-        draw(figure.add_subplot())
+        axes = figure.add_subplot()
+        found = draw(axes)
         out = io.StringIO()
         figure.savefig(out, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
+    marks = _places(axes, found)
     text = out.getvalue()
     # identifiers are shared by all that is in one page
     prefix = re.sub(r"\W+", "-", title)
     text = re.sub(r'\bid="', f'id="{prefix}-', text[text.index("<svg") :])
     text = re.sub(r'(xlink:href="|url\()#', rf"\1#{prefix}-", text)
-    return text.replace("<svg", f'<svg role="img" aria-label="{title}"', 1)
+    return Plot(text.replace("<svg", f'<svg role="img" aria-label="{title}"', 1), marks)
+
+
+def _places(axes: Any, marks: Marks) -> tuple[tuple[float, float, str], ...]:
+    """Where marks are in the picture; those outside of the axes are left out."""
+    if not marks:
+        return ()
+    box, at = axes.bbox, axes.transData.transform([mark[:2] for mark in marks])
+    width, height = axes.figure.bbox.size
+    return tuple(
+        (round(float(x / width), 4), round(float(1 - y / height), 4), text)
+        for (x, y), (_, _, text) in zip(at, marks, strict=True)
+        if box.x0 - 1 <= x <= box.x1 + 1 and box.y0 - 1 <= y <= box.y1 + 1
+    )
 
 
 def _line(row: Row) -> dict[str, Any]:
@@ -91,8 +143,9 @@ def _line(row: Row) -> dict[str, Any]:
     return {"linewidth": 2.2 if ours else 1.3, "zorder": 3 if ours else 2}
 
 
-def _cost(found: Comparison, key: str) -> Callable[[Any], None]:
-    def draw(axes: Any) -> None:
+def _cost(found: Comparison, key: str) -> Callable[[Any], Marks]:
+    def draw(axes: Any) -> Marks:
+        marks: Marks = []
         measure, painted = MEASURES[key], colours(found)
         rows = {row.name: row for row in found.rows}
         limit = _limit(found, key)
@@ -101,19 +154,30 @@ def _cost(found: Comparison, key: str) -> Callable[[Any], None]:
             at = sorted((_place(point, key) for point in curve.points if _useful(point)), key=lambda xy: -xy[0])
             colour, style = painted[row.name], _line(row)
             axes.plot(*np.transpose(at or np.empty((0, 2))), marker="o", markersize=3, color=colour, **style)
+            marks += [(*_place(point, key), _words(row.name, key, point)) for point in curve.points if _useful(point)]
         for row in found.rows:
             if row.competitor is not None and key in row.values and found.sample is None:
                 x, y = max(100 - row.values["noise_removed"], _LEAST_LEFT), row.values[key]
                 axes.plot(
                     [x], [y], marker="D", markersize=7, color=painted[row.name], markeredgecolor="white", zorder=5
                 )
+                marks.append((x, y, _words(f"{row.name}, at its defaults", key, row)))
         _along_noise(found, axes)
         axes.set_ylim(*limit)
         if measure.better == "zero":
             axes.axhline(0, color="#8a94a0", linewidth=0.8)
         axes.set_ylabel(f"{measure.label} ({measure.unit})")
+        return [mark for mark in marks if np.isfinite(mark[:2]).all()]
 
     return draw
+
+
+def _words(name: str, key: str, at: Point | Row) -> str:
+    """What is said where a filter is drawn."""
+    measure, value = MEASURES[key], at.values.get(key, np.nan)
+    figure = format_estimate(value, at.uncertainty) if key == "estimated_error" else shown(measure, value)
+    lines = [name, f"{measure.label} {figure} {measure.unit}", f"noise removed {at.values['noise_removed']:.1f} %"]
+    return "\n".join([*lines, at.call])
 
 
 # per cent of noise left, and no less: what is left of all noise is shape
@@ -150,14 +214,17 @@ def _limit(found: Comparison, key: str) -> tuple[float, float]:
     return (0.0 if (values >= 0).all() else float(min(low - room, 0.0))), float(max(high + room, 0.0))
 
 
-def _agreement(found: Comparison, axes: Any) -> None:
+def _agreement(found: Comparison, axes: Any) -> Marks:
+    marks: Marks = []
     painted = colours(found)
     limit = 1.05 * found.rows[0].values["estimated_error"] or 1.0
     points: list[tuple[str, Mapping[str, float]]] = [(row.name, row.values) for row in found.rows]
     points += [(c.competitor.name, p.values) for c in found.curves for p in c.points]
     for name, values in points:
         if "true_error" in values and values.get("estimated_error", np.inf) <= limit:
-            axes.plot([values["true_error"]], [values["estimated_error"]], "o", markersize=4, color=painted[name])
+            x, y = values["true_error"], values["estimated_error"]
+            axes.plot([x], [y], "o", markersize=4, color=painted[name])
+            marks.append((x, y, f"{name}\nestimated {y:.3f} edges\nin truth {x:.3f} edges"))
     axes.plot([0, limit], [0, limit], color="#8a94a0", linewidth=0.8)
     axes.set_xlim(0, limit)
     axes.set_ylim(0, limit)
@@ -165,22 +232,36 @@ def _agreement(found: Comparison, axes: Any) -> None:
     axes.set_ylabel("estimated error (edges)")
     if np.isfinite(found.correlation):
         axes.text(0.04, 0.92, f"correlation {found.correlation:.4f}", transform=axes.transAxes)
+    return marks
 
 
-def _responses(found: Comparison, axes: Any) -> None:
+def _responses(found: Comparison, axes: Any) -> Marks:
+    marks: Marks = []
     painted = colours(found)
-    limit = found.rows[0].values["estimated_error"]
+    limit = found.rows[0].values.get("estimated_error", np.nan)
     for row in found.rows:
         if row.response is not None and row.values["estimated_error"] <= limit:
             axes.plot(found.eigenvalues, row.response, color=painted[row.name], **_line(row))
+            marks += _along(row.name, found.eigenvalues, row.response, "of it comes through", "{:.2f}")
     axes.axhline(0, color="#8a94a0", linewidth=0.8)
     axes.set_ylim(-0.15, 1.15)
     axes.set_xscale("log")
     axes.set_xlabel("eigenvalue of the Laplacian (long waves left, noise right)")
     axes.set_ylabel("H: what comes through")
+    return marks
 
 
-def _spectra(found: Comparison, axes: Any) -> None:
+def _along(name: str, eigenvalues: Floats, values: Floats, what: str, form: str) -> Marks:
+    """The marks of a curve over eigenvalues."""
+    return [
+        (float(x), float(y), f"{name}\n{form.format(y)} {what}\neigenvalue {x:.2g}")
+        for x, y in zip(eigenvalues, values, strict=True)
+        if np.isfinite(y)
+    ]
+
+
+def _spectra(found: Comparison, axes: Any) -> Marks:
+    marks: Marks = []
     painted = colours(found)
     least = np.inf
     for row in found.rows:
@@ -189,9 +270,11 @@ def _spectra(found: Comparison, axes: Any) -> None:
             power = np.where(row.power > 0, row.power, np.nan)
             least = min(least, float(np.nanmax(power)) * 1e-5)
             axes.plot(found.eigenvalues, power, color=painted[row.name], **style)
+            marks += _along(row.name, found.eigenvalues, power, "edges² of energy", "{:.2g}")
     axes.set_xscale("log")
     axes.set_yscale("log")
     if np.isfinite(least):
         axes.set_ylim(bottom=least)
     axes.set_xlabel("eigenvalue of the Laplacian")
     axes.set_ylabel("energy of the differential coordinates (edges²)")
+    return marks

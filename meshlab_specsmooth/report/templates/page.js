@@ -24,6 +24,37 @@
     }));
   }
 
+  // --- values under the mouse ---
+  const tip = document.getElementById("tip");
+  const say = (text, e) => {
+    tip.hidden = !text;
+    if (!text) return;
+    tip.textContent = text;
+    const { width, height } = tip.getBoundingClientRect(), gap = 14;
+    const x = e.clientX + gap + width > innerWidth ? e.clientX - gap - width : e.clientX + gap;
+    const y = e.clientY + gap + height > innerHeight ? e.clientY - gap - height : e.clientY + gap;
+    tip.style.transform = `translate(${Math.max(x, 2)}px,${Math.max(y, 2)}px)`;
+  };
+  const quiet = () => say("");
+  for (const each of document.querySelectorAll("[data-tip]")) {
+    each.addEventListener("pointermove", (e) => say(each.dataset.tip, e));
+    each.addEventListener("pointerleave", quiet);
+  }
+  for (const plot of document.querySelectorAll(".plot")) {
+    const marks = JSON.parse(plot.dataset.marks), svg = plot.querySelector("svg");
+    plot.addEventListener("pointermove", (e) => {
+      const b = svg.getBoundingClientRect();
+      let nearest = 24 ** 2, found = ""; // pixels away, and no further
+      for (const [x, y, text] of marks) {
+        const far = (b.left + x * b.width - e.clientX) ** 2 + (b.top + y * b.height - e.clientY) ** 2;
+        if (far < nearest) [nearest, found] = [far, text];
+      }
+      say(found, e);
+    });
+    plot.addEventListener("pointerleave", quiet);
+  }
+  addEventListener("scroll", quiet, { passive: true });
+
   // --- the views ---
   const data = JSON.parse(document.getElementById("data").textContent);
   const canvas = document.getElementById("gl"), grid = document.getElementById("grid");
@@ -51,11 +82,11 @@
   const program = gl.createProgram();
   gl.attachShader(program, shader(gl.VERTEX_SHADER, `
     in vec3 before; in vec3 after; in float value;
-    uniform mat3 turn; uniform vec3 middle, size; uniform vec2 shift, span; uniform float mixed, radius;
+    uniform mat3 turn; uniform vec3 middle, size; uniform vec2 shift, span, range; uniform float mixed, radius;
     out vec3 seen; out float shade;
     void main() {
       vec3 p = turn * (mix(before, after, mixed) * size - middle);
-      seen = p; shade = value;
+      seen = p; shade = clamp((value - range.x) / max(range.y - range.x, 1e-30), 0.0, 1.0);
       gl_Position = vec4((p.xy + shift) / span, -p.z / radius * 0.5, 1.0);
     }`));
   gl.attachShader(program, shader(gl.FRAGMENT_SHADER, `
@@ -76,10 +107,13 @@
   gl.linkProgram(program);
   gl.useProgram(program);
   const uniform = (name) => gl.getUniformLocation(program, name);
-  const at = Object.fromEntries(["turn", "middle", "size", "shift", "span", "mixed", "radius", "coloured"].map((n) => [n, uniform(n)]));
+  const at = Object.fromEntries(["turn", "middle", "size", "shift", "span", "range", "mixed", "radius", "coloured"].map((n) => [n, uniform(n)]));
   const faces = buffer(gl.ELEMENT_ARRAY_BUFFER, data.faces);
   const indexType = data.wide ? gl.UNSIGNED_INT : gl.UNSIGNED_SHORT;
+  const shorts = (text) => new Uint16Array(bytes(text).buffer);
   const meshes = data.meshes.map((m) => ({
+    places: shorts(m.positions),
+    halves: Object.fromEntries(Object.entries(m.values).map(([key, text]) => [key, shorts(text)])),
     positions: buffer(gl.ARRAY_BUFFER, m.positions),
     values: Object.fromEntries(Object.entries(m.values).map(([key, text]) => [key, buffer(gl.ARRAY_BUFFER, text)])),
   }));
@@ -126,6 +160,7 @@
       gl.uniform2fv(at.shift, state.shift);
       const values = mesh.values[state.colour];
       gl.uniform1i(at.coloured, values ? 1 : 0);
+      if (values) gl.uniform2f(at.range, data.scales[state.colour].low, data.scales[state.colour].high);
       [meshes[data.before].positions, mesh.positions].forEach((made, k) => {
         gl.bindBuffer(gl.ARRAY_BUFFER, made);
         gl.enableVertexAttribArray(k);
@@ -134,12 +169,23 @@
       if (values) {
         gl.bindBuffer(gl.ARRAY_BUFFER, values);
         gl.enableVertexAttribArray(2);
-        gl.vertexAttribPointer(2, 1, gl.UNSIGNED_BYTE, true, 0, 0);
+        gl.vertexAttribPointer(2, 1, gl.HALF_FLOAT, false, 0, 0);
       } else gl.disableVertexAttribArray(2);
       gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, faces);
       gl.drawElements(gl.TRIANGLES, data.corners, indexType, 0);
     });
+    measure();
     state.frames += 1;
+  };
+  // a bar in each view: a length of 1, 2 or 5 times a power of ten, in mesh units
+  const measure = () => {
+    const unit = scale() * data.extent, most = 90 * unit; // mesh units a pixel, and of the longest bar
+    const power = 10 ** Math.floor(Math.log10(most)), length = [5, 2, 1].find((d) => d * power <= most) * power;
+    const words = `${Number(length.toPrecision(1))} (${Number((length / data.edge).toPrecision(2))} edges)`;
+    for (const bar of grid.querySelectorAll(".scale")) {
+      bar.style.width = `${length / unit}px`;
+      bar.textContent = words;
+    }
   };
   const redraw = () => {
     if (!asked) {
@@ -150,7 +196,55 @@
 
   // --- what hands do ---
   const held = new Map();
-  const scale = () => state.height / (cells.find((c) => !c.hidden).getBoundingClientRect().height - 40);
+  const scale = () => {
+    const shown = cells.find((c) => !c.hidden);
+    return state.height / ((shown ? shown.getBoundingClientRect().height : 320) - 40);
+  };
+  const half = (bits) => { // a number of 16 bits
+    const sign = bits & 0x8000 ? -1 : 1, exponent = (bits >> 10) & 31, part = bits & 1023;
+    return sign * (exponent ? 2 ** (exponent - 15) * (1 + part / 1024) : 2 ** -14 * (part / 1024));
+  };
+  // the vertex that is seen at a place of the window: of those around it the nearest one in front
+  const pick = (cell, x, y) => {
+    const b = cell.getBoundingClientRect(), s = scale(), t = state.turn;
+    if (y < b.top + 40) return -1;
+    const px = (x - (b.left + b.right) / 2) * s - state.shift[0], py = ((b.top + 40 + b.bottom) / 2 - y) * s - state.shift[1];
+    const reach = Math.max(7 * s, (0.8 * data.edge) / data.extent), around = [];
+    const before = meshes[data.before].places, after = meshes[cell.dataset.panel].places, p = [0, 0, 0];
+    let front = -Infinity;
+    for (let i = 0; i < before.length; i += 3) {
+      for (let k = 0; k < 3; k++) p[k] = ((before[i + k] * (1 - state.mixed) + after[i + k] * state.mixed) / 65535) * data.size[k] - data.middle[k];
+      const dx = t[0] * p[0] + t[1] * p[1] + t[2] * p[2] - px, dy = t[3] * p[0] + t[4] * p[1] + t[5] * p[2] - py;
+      if (dx * dx + dy * dy > reach * reach) continue;
+      const z = t[6] * p[0] + t[7] * p[1] + t[8] * p[2];
+      around.push([i / 3, dx * dx + dy * dy, z]);
+      if (z > front) front = z;
+    }
+    let [found, least] = [-1, Infinity];
+    for (const [i, far, z] of around) if (z > front - 3 * reach && far < least) [found, least] = [i, far];
+    return found;
+  };
+  const words = (cell, x, y) => {
+    const i = pick(cell, x, y);
+    if (i < 0) return "";
+    const lines = Object.entries(meshes[cell.dataset.panel].halves).map(
+      ([key, values]) => `${data.scales[key].label}: ${Number(half(values[i]).toPrecision(3))} ${data.scales[key].unit}`);
+    return [data.whole ? `vertex ${i}` : "a vertex", ...lines].join("\n");
+  };
+  let pointed = null;
+  grid.addEventListener("pointermove", (e) => {
+    if (held.size) {
+      pointed = null;
+      return quiet();
+    }
+    const cell = e.target.closest(".cell");
+    if (!pointed) requestAnimationFrame(() => {
+      if (pointed) say(pointed.cell ? words(pointed.cell, pointed.e.clientX, pointed.e.clientY) : "", pointed.e);
+      pointed = null;
+    });
+    pointed = { cell, e };
+  });
+  grid.addEventListener("pointerleave", () => { pointed = null; quiet(); });
   const zoom = (factor) => {
     const next = Math.min(Math.max(state.height * factor, data.height / 200), data.height * 4);
     state.height = next;
@@ -204,8 +298,8 @@
     byId("legend").hidden = !key;
     if (key) {
       const { low, high, unit, ramp: text } = data.scales[key], rgb = bytes(text);
-      byId("low").textContent = low;
-      byId("high").textContent = high;
+      byId("low").textContent = Number(low.toPrecision(2));
+      byId("high").textContent = Number(high.toPrecision(2));
       byId("unit").textContent = unit;
       const drawn = byId("ramp").getContext("2d"), image = drawn.createImageData(256, 12);
       for (let i = 0; i < 256 * 12; i++) image.data.set([...rgb.slice(3 * (i % 256), 3 * (i % 256) + 3), 255], 4 * i);
@@ -220,6 +314,6 @@
   canvas.addEventListener("webglcontextlost", () => document.body.classList.add("no-webgl"));
   new ResizeObserver(redraw).observe(grid);
   gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
-  window.specsmooth = { state, draw };
+  window.specsmooth = { state, draw, pick };
   redraw();
 })();
