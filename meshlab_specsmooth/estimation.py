@@ -13,7 +13,7 @@ from meshlab_specsmooth.describe import Described, Rows, format_length
 from meshlab_specsmooth.errors import FilterFailed, InvalidParameter
 from meshlab_specsmooth.graph import blocks
 from meshlab_specsmooth.memory import require
-from meshlab_specsmooth.noise import KINDS, WHITE, Noise, measure, realisation, sheet
+from meshlab_specsmooth.noise import KINDS, WHITE, Noise, measure, nothing, realisation, sheet
 from meshlab_specsmooth.outliers import replace_outliers
 from meshlab_specsmooth.parameters import (
     LARGEST_SEED,
@@ -85,6 +85,8 @@ def estimate_noise(mesh: Mesh, faces: npt.ArrayLike | None = None) -> Noise:
 
 def noise_of(mesh: Prepared) -> Noise:
     """The noise of a mesh with the uniform Laplacian, in extents of the mesh: the same wherever a level is stated."""
+    if mesh.L.size == 0:
+        return nothing(0.0)
     rim = None if mesh.rim is None else mesh.rim.vertices
     positions, _ = replace_outliers(mesh.positions, mesh.L, rim)
     return estimate_level(positions, mesh.faces, mesh.L)
@@ -300,6 +302,11 @@ def prepare_error(
     mesh = assemble(vertices, faces, "uniform")
     check_extent(mesh.exponent, LARGEST_EXPONENT, "risk, which is the square of an error")
     require(_BYTES_PER_DRAW * (probes + 2) * mesh.L.size, f"{probes} probes of {mesh.L.size} vertices")
+    if mesh.L.size == 0:  # all vertices at one place
+        nowhere = np.empty((0, 3))
+        return PreparedError(
+            mesh.surface, mesh.moving, nowhere, np.empty((0, probes)), 0.0, mesh.exponent, nothing(0.0)
+        )
     on = sheet(mesh.positions, mesh.faces)
     with blocks.one_blas_thread():
         found = measure(on)

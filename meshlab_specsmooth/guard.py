@@ -62,8 +62,8 @@ class Change:
     def describe_replaced(self, what: str) -> str:
         """That another result is returned, and why."""
         return (
-            "smoothing as strongly as the estimate asks for would change the shape by more than noise explains "
-            f"({self.describe()}): {what} returned instead"
+            f"{what} returned: the strength that the estimate asks for would change the shape by more than noise "
+            f"explains ({self.describe()})"
         )
 
     def describe(self) -> str:

@@ -91,6 +91,17 @@ _FLAT_HEIGHT, _MAX_FLAT = 0.02, 0.2
 _MAX_ASPECT_OF_FLAT = 3.5
 _GROWTH_OF_FLAT = 2.2
 
+# Corners within a millionth of an edge of the plane of the next face are exact. Of a surface of revolution made of
+# quadrilaterals it is every diagonal, a third of the edges, and more at its caps; of a mask's surface more than two
+# thirds are, and of noise none.
+_EXACT_HEIGHT, _EXACT_FRACTIONS = 1e-6, (0.3, 0.68)
+# Noise of more edges than this has lost the surface: what is measured so is a coarse shape
+_MAX_LEVEL = 1.0
+# Rounding to a lattice leaves its error at most vertices, and the median sees it; rings of a turned part only lie on one
+_MIN_OF_ROUNDING = 0.4
+# Sums of the faces' vectors at a vertex that are smaller than this fraction of their areas cancel
+_CANCELED = 1e-6
+
 # Eigenvalues of the covariance of noise of one level in all directions are within a factor of two of their mean, and
 # the median and the mean square of its residual agree
 _ONE_SIDED, _UNLIKE = 2.0, 1.1
@@ -171,14 +182,17 @@ class Noise(Described):
     def warning(self) -> str | None:
         """What a choice by this noise cannot take into account, in a sentence."""
         if self.kind == UNCLEAR:
-            return f"nothing is moved: {self.reason}, so that noise cannot be told from shape; give barycenter_weight"
+            return f"nothing is moved, as noise cannot be told from shape: {self.reason}"
         if self.kind == CORRELATED:
             return (
-                "the noise is shared between neighbours; nothing tells its long waves from shape, so the level and the "
+                "the noise is shared between neighbors; nothing tells its long waves from shape, so the level and the "
                 "strength are a guess"
             )
         if self.reason is not None:
-            return f"{self.reason}: such steps are no noise, and the strength is a guess; give barycenter_weight"
+            return (
+                f"{self.reason}: such steps are no noise, and the strength is a guess: give one (barycenter_weight 0.05 "
+                "to 0.1)"
+            )
         return None
 
     @property
@@ -356,7 +370,8 @@ def measure(on: Sheet) -> Measured:
     rounding = _rounding(on.positions)
     expected = float(np.sqrt((guide[on.inner] ** 2 @ rounding**2).mean()))
     seen = _mean_square_level(on, guide, through[0][-1], of_white[0][-1])
-    if kind != CORRELATED and NEGLIGIBLE * on.mean_edge < expected and 0.5 * expected < seen < 2 * expected:
+    is_rounded = level > _MIN_OF_ROUNDING * expected and 0.5 * expected < seen < 2 * expected
+    if kind != CORRELATED and NEGLIGIBLE * on.mean_edge < expected and is_rounded:
         # what is rounded to a lattice has a known error, but no normal distribution: much of it stays in place
         kind, spread, covariance = QUANTISED, expected, np.diag(rounding**2)
     hit = 1.0
@@ -404,8 +419,12 @@ def unclear(noise: Noise, bound: float, reason: str) -> Noise:
 
 def _doubt(on: Sheet, noise: Noise) -> tuple[str | None, float]:
     """Why what was measured may be shape, and the fraction of edges that are exactly flat where that was looked at."""
+    if _is_two_sided(on):
+        return "faces that look opposite ways lie upon each other", 0.0
     if noise.kind == NONE:
         return None, 0.0
+    if noise.level > _MAX_LEVEL * on.mean_edge:
+        return "the shape is as coarse as what was measured", 0.0
     aspect = float(np.median(compute_aspects(on.positions, on.faces)))
     if aspect > _MAX_ASPECT:
         return f"half of the triangles are more than {_MAX_ASPECT:.0f} times as long as high", 0.0
@@ -419,9 +438,24 @@ def _doubt(on: Sheet, noise: Noise) -> tuple[str | None, float]:
     heights = compute_heights(on.positions, on.faces)
     flat = float((heights < _FLAT_HEIGHT * noise.level).mean()) if len(heights) else 0.0
     growing = noise.bands[3] > _GROWTH_OF_FLAT * noise.bands[2]
+    low, high = _EXACT_FRACTIONS
+    exact = float((heights < _EXACT_HEIGHT * on.mean_edge).mean()) if len(heights) else 0.0
+    if low < exact < high:
+        return f"{100 * exact:.0f} % of the edges are exactly flat, as in a CAD model", flat
     if flat > _MAX_FLAT and (aspect > _MAX_ASPECT_OF_FLAT or growing):
         return f"{100 * flat:.0f} % of the edges are exactly flat, as in a CAD model, and the rest is too coarse", flat
     return None, flat
+
+
+def _is_two_sided(on: Sheet) -> bool:
+    """Whether the faces at most vertices cancel each other: then there are no normals."""
+    X, F = on.positions, on.faces
+    vectors = np.cross(X[F[:, 1]] - X[F[:, 0]], X[F[:, 2]] - X[F[:, 0]])
+    corner, n = F.ravel(), len(X)
+    sums = np.stack([np.bincount(corner, np.repeat(c, 3), n) for c in vectors.T], axis=1)
+    areas = np.bincount(corner, np.repeat(np.linalg.norm(vectors, axis=1), 3), n)
+    canceled = np.linalg.norm(sums, axis=1) < _CANCELED * areas
+    return bool(2 * canceled.sum() > n)
 
 
 def _followed(on: Sheet) -> tuple[float, Floats, Floats, float]:

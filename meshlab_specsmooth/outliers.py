@@ -19,13 +19,14 @@ from meshlab_specsmooth.surface import Floats
 _OVER_MEDIAN = 8.0
 _OVER_EDGE = 1.5
 _OVER_NEIGHBORS = 3.0
-# It stands out of the plane of its neighbors by more than this fraction of that distance; hubs of flat fans do not
-_OUT_OF_PLANE = 0.3
+# It stands out of the plane of its neighbors by more than this fraction of that distance, or is farther from the
+# nearest of them than so many edges; hubs of flat fans are neither
+_OUT_OF_PLANE, _OUT_OF_REACH = 0.3, 1.5
 # A tip that so many triangles meet at is meant to be there
 _MAX_NEIGHBORS = 16
 
 # More than this fraction of the vertices are not strays but impulse noise
-MAX_FRACTION = 0.005
+MAX_FRACTION = 0.03
 # What is looked at more closely is farther off than the mean edge about it, which is found for many vertices at once
 _OVER_MEAN_EDGE = 1.0
 # Two strays next to each other hide each other: found in rounds
@@ -33,6 +34,7 @@ _ROUNDS = 3
 # and then they are each other's neighbors, whose places settle in some rounds
 _SETTLING = 5
 _MIN_NEIGHBORS = 3
+_DIGITS = 40  # binary ones of a place
 
 
 def replace_outliers(
@@ -71,6 +73,9 @@ def replace_outliers(
     indices = np.unique(np.concatenate(found))
     for _ in range(_SETTLING):
         Y[indices] = _fill(Y, L, indices)
+    # to digits that do not depend on the order that neighbors are added up in
+    digits = _DIGITS - int(np.frexp(np.abs(Y[indices]).max())[1])
+    Y[indices] = np.ldexp(np.rint(np.ldexp(Y[indices], digits)), -digits)
     return Y, indices
 
 
@@ -127,7 +132,8 @@ def _is_stray(X: Floats, L: Laplacian, i: int, distance: float) -> bool:
         ring = np.delete(ring, np.linalg.norm(ring - np.median(ring, axis=0), axis=1).argmax(), axis=0)
     center = ring.mean(axis=0)
     normal = np.linalg.svd(ring - center)[2][-1]
-    return bool(abs((X[i] - center) @ normal) > _OUT_OF_PLANE * distance)
+    nearest = float(np.linalg.norm(X[around] - X[i], axis=1).min())
+    return bool(nearest > _OUT_OF_REACH * edge or abs((X[i] - center) @ normal) > _OUT_OF_PLANE * distance)
 
 
 def _fill(X: Floats, L: Laplacian, strays: npt.NDArray[np.int64]) -> Floats:
@@ -151,5 +157,6 @@ def describe_outliers(indices: npt.NDArray[np.int64]) -> str | None:
     """That strays were put back; None where there are none."""
     if len(indices) == 0:
         return None
-    strays = "vertex was" if len(indices) == 1 else "vertices were"
-    return f"{len(indices)} stray {strays} put where the neighbors expect them"
+    if len(indices) == 1:
+        return "1 stray vertex was put where its neighbors expect it"
+    return f"{len(indices)} stray vertices were put where their neighbors expect them"

@@ -147,9 +147,10 @@ def describe_levels(noises: list[Noise]) -> str | None:
     if len(noises) < 2 or all(noise.is_left_alone for noise in noises):
         return None
     levels = ", ".join(
-        noise.kind if noise.is_left_alone else f"{noise.level / noise.mean_edge:.3g}" for noise in noises
+        noise.kind if noise.is_left_alone else f"{noise.level / noise.mean_edge:.3g} of its mean edges"
+        for noise in noises
     )
-    return f"{len(noises)} parts of unlike scale or noise were taken one by one: levels of {levels} of their mean edges"
+    return f"{len(noises)} parts of unlike scale or noise were taken one by one, with noise of {levels}"
 
 
 def describe_left_alone(part: Part) -> str:

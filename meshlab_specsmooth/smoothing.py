@@ -584,7 +584,7 @@ class Prepared:
             displacement[at] = _scaled(result.vertices - vertices[at], -self.exponent)
             results.append((part_, result))
             if result.warning is not None:
-                warnings.append(f"{result.warning} ({len(at)} of {len(vertices)} vertices)")
+                warnings.append(f"in the part of {len(at)} of {len(vertices)} vertices: {result.warning}")
         moved, rms = self._moved_by(displacement)
         # a part that can be told anything of stands for the whole
         first = max(
@@ -704,7 +704,7 @@ class Prepared:
             if change.excessive.any():  # what still changes too much is left alone, component by component
                 displacement[change.excessive[labels]] = 0.0
                 result = self._with_displacement(result, displacement)
-                what = f"of {int(change.excessive.sum())} of {count} components the input is"
+                what = f"for {int(change.excessive.sum())} of {count} components the input is"
             notes.append(first.describe_replaced("the input is" if change.excessive.all() else what))
         return _with_warning(result, *notes)
 

@@ -71,4 +71,5 @@ def find_lost_vertices(displacement: Floats, X: Floats, F: Integers, L: Laplacia
 
 def describe_lost(lost: Booleans) -> str:
     """That such vertices are not moved."""
-    return f"{int(lost.sum())} vertices between long thin triangles are left alone"
+    count = int(lost.sum())
+    return f"{count} {'vertex' if count == 1 else 'vertices'} between long thin triangles left alone"

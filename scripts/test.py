@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The whole check: style, types, tests, doctests, the README, coverage.
+"""The whole check: style, types, tests, doctests, the README, coverage, a new user's first hour.
 
 python3 scripts/test.py             everything
 python3 scripts/test.py PYTEST_ARGS pytest alone, with these arguments
@@ -20,6 +20,7 @@ CHECKS = {
     "types": ["mypy"],
     # one process a processor; those that run dry take over from the others
     "tests": ["pytest", "-n", "auto", "--dist", "worksteal", "--cov", "--cov-report=term-missing"],
+}    "first hour": ["scripts/first_hour.py"],
 }
 
 
@@ -32,7 +33,8 @@ def main() -> int:
     failed = []
     for name, command in checks.items():
         print(f"== {name}: {' '.join(command)}", flush=True)
-        if subprocess.call([sys.executable, "-m", *command], cwd=bootstrap.ROOT):
+        program = command if command[0].endswith(".py") else ["-m", *command]
+        if subprocess.call([sys.executable, *program], cwd=bootstrap.ROOT):
             failed.append(name)
     print(f"== {'FAILED: ' + ', '.join(failed) if failed else 'all checks passed'}")
     return 1 if failed else 0

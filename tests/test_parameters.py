@@ -58,6 +58,8 @@ def test_what_no_parameter_can_be_is_refused_by_name(name):
         for value in NOTHING:
             if parameter == "parameters" and isinstance(value, dict):
                 continue
+            if parameter == "ground_truth" and isinstance(value, np.ndarray | list):
+                continue  # vertices without faces are a wrong surface
             with pytest.raises(mss.InvalidParameter, match=parameter) as caught:
                 function(*given, **{parameter: value})
             assert "\n" not in str(caught.value)

@@ -70,7 +70,9 @@ def denoised(
     if h == 0:
         nowhere = _untouched(V.copy(), nothing(0.0), 0.0, np.nan)
         return replace(nowhere, warning=region.warning, given=surface, seconds=time.perf_counter() - begin)
-    X = (V[moving] - V[moving].mean(axis=0)) / h
+    # not the mean, whose last digits depend on the order of the vertices
+    center = V[moving].min(axis=0) / 2 + V[moving].max(axis=0) / 2
+    X = (V[moving] - center) / h
     mesh = built(X, G, region.judged(len(X)), region.boundary)
     parts = _parts(mesh) if fixed == Fixed() else []
     if len(parts) > 1:
@@ -122,7 +124,7 @@ def _denoise_parts(
         number = np.full(len(mesh.V), -1, dtype=np.int32)
         number[at] = np.arange(len(at), dtype=np.int32)
         faces = number[prepared.moving[prepared.faces[each.faces]]]
-        h, center = mean_side(mesh.V[at], faces), mesh.V[at].mean(axis=0)
+        h, center = mean_side(mesh.V[at], faces), mesh.V[at].min(axis=0) / 2 + mesh.V[at].max(axis=0) / 2
         own = region.on(number, len(at))
         alone = built((mesh.V[at] - center) / h, faces, own.judged(len(at)), region.boundary)
         share = part(progress, done / len(Y), len(at) / len(Y))
@@ -132,7 +134,7 @@ def _denoise_parts(
         outliers.append(at[result.outliers])
         results.append((_scaled(result, h), len(at)))
         if result.warning is not None:
-            notes.append(f"{result.warning} ({len(at)} of {len(Y)} vertices)")
+            notes.append(f"in the part of {len(at)} of {len(Y)} vertices: {result.warning}")
     first, _ = max(results, key=lambda pair: (not pair[0].noise.is_left_alone, pair[1]))
     squares = sum(count * np.nan_to_num(result.error) ** 2 for result, count in results)
     return replace(
@@ -235,7 +237,7 @@ def _denoise_repaired(
     progress: Progress | None,
 ) -> EdgeAwareResult:
     """The same for a mesh whose strays were put back, in units of the edges that it has then."""
-    center = repaired.V.mean(axis=0)
+    center = repaired.V.min(axis=0) / 2 + repaired.V.max(axis=0) / 2
     h = mean_side(repaired.V - center, repaired.F)
     if h == 0:  # without the strays nothing is left
         return _untouched(mesh.V, nothing(0.0), 0.0, np.nan)

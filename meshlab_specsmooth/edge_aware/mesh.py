@@ -13,6 +13,8 @@ from meshlab_specsmooth.noise import normals
 from meshlab_specsmooth.smoothing import Prepared, SmoothingResult, assemble
 from meshlab_specsmooth.surface import Booleans, Floats, Integers, Surface
 
+_DIGITS = 30  # binary ones of the unit of length
+
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
@@ -72,11 +74,12 @@ def with_creases(mesh: Mesh, creases: Integers) -> Mesh:
 
 
 def mean_side(V: Floats, F: Integers) -> float:
-    """Mean length of the faces' sides."""
+    """Mean length of the faces' sides, to nine digits, which do not depend on the order that they are added up in."""
     exponent = int(np.frexp(np.abs(V).max())[1])  # squares of coordinates may be no numbers
     X = np.ldexp(V, -exponent)
     sides = [np.sqrt(((X[F[:, k]] - X[F[:, k - 1]]) ** 2).sum(axis=1)).mean() for k in range(3)]
-    return float(np.ldexp(np.mean(sides), exponent))
+    mantissa, binary = np.frexp(np.mean(sides))
+    return float(np.ldexp(np.rint(np.ldexp(mantissa, _DIGITS)), int(binary) - _DIGITS + exponent))
 
 
 def volume_of(mesh: Mesh, V: Floats) -> float:
