@@ -97,7 +97,8 @@ _GROWTH_OF_FLAT = 2.2
 _EXACT_HEIGHT, _EXACT_FRACTIONS = 1e-6, (0.3, 0.68)
 # Noise of more edges than this has lost the surface: what is measured so is a coarse shape
 _MAX_LEVEL = 1.0
-# Rounding to a lattice leaves its error at most vertices, and the median sees it; rings of a turned part only lie on one
+# Rounding to a lattice leaves its error at most vertices, which the median sees; the rings of a turned part lie on a
+# lattice as well
 _MIN_OF_ROUNDING = 0.4
 # Sums of the faces' vectors at a vertex that are smaller than this fraction of their areas cancel
 _CANCELED = 1e-6
@@ -190,8 +191,8 @@ class Noise(Described):
             )
         if self.reason is not None:
             return (
-                f"{self.reason}: such steps are no noise, and the strength is a guess: give one (barycenter_weight 0.05 "
-                "to 0.1)"
+                f"{self.reason}: such steps are no noise, and the strength is a guess: give one (barycenter_weight "
+                "0.05 to 0.1)"
             )
         return None
 

@@ -20,7 +20,7 @@ CHECKS = {
     "types": ["mypy"],
     # one process a processor; those that run dry take over from the others
     "tests": ["pytest", "-n", "auto", "--dist", "worksteal", "--cov", "--cov-report=term-missing"],
-}    "first hour": ["scripts/first_hour.py"],
+    "first hour": ["scripts/first_hour.py"],
 }
 
 
