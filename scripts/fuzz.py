@@ -163,6 +163,8 @@ def not_finite(result: object, name: str = "result") -> str:
     short = name.rpartition(".")[2]
     if dataclasses.is_dataclass(result) and not isinstance(result, mss.Prepared):
         parts = {f"{name}.{field.name}": getattr(result, field.name) for field in dataclasses.fields(result)}
+        if isinstance(result, mss.Surface) or "that no face uses are not finite" in str(getattr(result, "warning", "")):
+            parts.pop(f"{name}.vertices")  # such vertices stay as they are
     elif isinstance(result, dict):
         parts = {f"{name}.{key}": value for key, value in result.items()}
     elif isinstance(result, tuple | list):

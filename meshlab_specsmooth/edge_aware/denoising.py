@@ -149,11 +149,17 @@ def _denoise_parts(
 
 
 def _denoise_mesh(
-    mesh: Mesh, favor: str, fixed: Fixed, region: Region, with_isotropic: bool, progress: Progress | None
+    mesh: Mesh,
+    favor: str,
+    fixed: Fixed,
+    region: Region,
+    with_isotropic: bool,
+    progress: Progress | None,
+    may_have_strays: bool = True,
 ) -> EdgeAwareResult:
     """Choice, filter and what is held afterwards, for a mesh in units of its mean edge; so is the result."""
     is_automatic = fixed == Fixed()
-    if is_automatic:
+    if is_automatic and may_have_strays:
         repaired, outliers = _without_outliers(mesh, region)
         if len(outliers):
             return _denoise_repaired(mesh, repaired, outliers, favor, region, with_isotropic, progress)
@@ -242,17 +248,16 @@ def _denoise_repaired(
     if h == 0:  # without the strays nothing is left
         return _untouched(mesh.V, nothing(0.0), 0.0, np.nan)
     rescaled = built((repaired.V - center) / h, repaired.F, repaired.counts, repaired.boundary)
-    result = _denoise_mesh(rescaled, favor, Fixed(), region, with_isotropic, progress)
+    result = _denoise_mesh(rescaled, favor, Fixed(), region, with_isotropic, progress, may_have_strays=False)
     if result.noise.kind == UNCLEAR:  # then strays cannot be told from shape either
         return replace(_scaled(result, h), vertices=mesh.V)
     vertices = repaired.V + (result.vertices - rescaled.V) * h
-    everyone = np.union1d(outliers, result.outliers)
     return replace(
         _scaled(result, h),
         vertices=vertices,
         volume_change=_volume_change(mesh, vertices),
-        outliers=everyone,
-        warning=_joined(describe_outliers(everyone), result.warning),
+        outliers=outliers,
+        warning=_joined(describe_outliers(outliers), result.warning),
     )
 
 
