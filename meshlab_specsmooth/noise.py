@@ -424,11 +424,11 @@ def _doubt(on: Sheet, noise: Noise) -> tuple[str | None, float]:
         return "faces that look opposite ways lie upon each other", 0.0
     if noise.kind == NONE:
         return None, 0.0
-    if noise.level > _MAX_LEVEL * on.mean_edge:
-        return "the shape is as coarse as what was measured", 0.0
     aspect = float(np.median(compute_aspects(on.positions, on.faces)))
     if aspect > _MAX_ASPECT:
         return f"half of the triangles are more than {_MAX_ASPECT:.0f} times as long as high", 0.0
+    if noise.level > _MAX_LEVEL * on.mean_edge:
+        return "what was measured is larger than the triangles", 0.0
     first, second, third = noise.bands[1:4]
     grows = second > _GROWTH_OF_COARSE[0] * first and third > _GROWTH_OF_COARSE[1] * second
     steady = noise.orders[3] > _STEADY * noise.orders[1]

@@ -104,7 +104,7 @@ def test_denoise_reads_denoises_and_writes_and_says_what_it_considered(scan, tmp
         r"took .* smoothing, .*: estimated error .* edges; (isotropic|edge-aware) .*; noise white", printed
     )
     assert len(printed.splitlines()) == 3
-    assert "  0 faces of it run through others, 0 that did not before; 0 are turned over" in printed
+    assert "  self-intersecting faces: 0 (0 new); flipped faces: 0" in printed
 
 
 def test_only_faces_that_did_not_cross_before_are_new():

@@ -52,7 +52,7 @@ def run(arguments: argparse.Namespace) -> None:
         f"{format_length(report['displacement'], report['noise'].mean_edge)} (RMS), {report['seconds']:.2f} s"
     )
     print(f"  {report.summary}")
-    print(f"  {crossing} faces of it run through others, {new} that did not before; {report['flips']} are turned over")
+    print(f"  self-intersecting faces: {crossing} ({new} new); flipped faces: {report['flips']}")
     if report["warning"] is not None:
         notice(report["warning"])
 

@@ -50,10 +50,11 @@ def run(arguments: argparse.Namespace) -> None:
         f"{format_length(report['displacement'], report['mean_edge'])} (RMS), {report['seconds']:.2f} s"
     )
     print(f"  {report.summary}")
-    print(
-        f"  --barycenter-weight {report['barycenter_weight']:.4g} --response {name_of(report['response'])} "
-        f"--wavelength {report['wavelength']:.4g} ({count_of(round(report['modes']), 'mode')} kept), residual "
-        f"{report['residual']:.0e}"
-    )
+    if report["displacement"] > 0:
+        print(
+            f"  --barycenter-weight {report['barycenter_weight']:.4g} --response {name_of(report['response'])} "
+            f"--wavelength {report['wavelength']:.4g} ({count_of(round(report['modes']), 'mode')} kept), residual "
+            f"{report['residual']:.0e}"
+        )
     if report["warning"] is not None:
         notice(report["warning"])
