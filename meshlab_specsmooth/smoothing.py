@@ -430,6 +430,7 @@ class Prepared:
         region = self._region(boundary, mask, 1.0 if features is None else self._weights("features", features))
 
         if len(self.moving) == 0:
+            check_choice("response", response, RESPONSES)
             return self._nowhere(None, None, response, barycenter_weight, start)
 
         def band_pass(L: Laplacian, scale: float, seen: PassedOn) -> Design:
@@ -475,6 +476,7 @@ class Prepared:
         start = time.perf_counter()
         designing, progress = self._shares(method, check_progress(progress))
         if len(self.moving) == 0:
+            check_choice("response", response, RESPONSES)
             return self._nowhere(modes, wavelength, response, 0.0, start)
         low_pass = self._design(modes, wavelength, response, method, counting, None, designing)
         announce(progress, "smoothing")
@@ -504,6 +506,9 @@ class Prepared:
         region = self._region(boundary, mask, 1.0)
         base, outliers = self._without_outliers(region)
         chosen = base._choose(automatic, mask, progress)
+        if base is not self and chosen.choice.noise.kind == IMPULSE:  # those were the highest of many
+            base, outliers = self, outliers[:0]
+            chosen = base._choose(automatic, mask, progress)
         if progress is not None:
             progress(_CHOICE)
         progress, noise = part(progress, _CHOICE, 1 - _CHOICE), chosen.choice.noise

@@ -247,18 +247,18 @@ def test_a_file_that_happens_to_have_the_name_of_a_texture_is_not_replaced(tmp_p
 
 
 def test_a_texture_outside_of_the_folder_stays_where_it_is(tmp_path):
-    source = textured(tmp_path / "a" / "in", "../t.png")
-    image(tmp_path / "a" / "t.png")
+    source = textured(tmp_path / "a" / "in", "../kept_outside.png")
+    image(tmp_path / "a" / "kept_outside.png")
     (tmp_path / "a" / "out").mkdir()
     files.write(files.read(source), tmp_path / "a" / "out" / "o.ply", source=source)
-    assert references(tmp_path / "a" / "out" / "o.ply") == ["../t.png"]
+    assert references(tmp_path / "a" / "out" / "o.ply") == ["../kept_outside.png"]
     (tmp_path / "b").mkdir()
     (notice,) = files.write(files.read(source), tmp_path / "b" / "o.ply", source=source).notices
-    assert notice.endswith("not copied: ../t.png (outside of the mesh's folder)")
+    assert notice.endswith("not copied: ../kept_outside.png (outside of the mesh's folder)")
     assert [file.name for file in tmp_path.iterdir() if file.is_file()] == []
-    (tmp_path / "a" / "t.png").write_bytes(JPEG)  # that pymeshlab does not read
+    (tmp_path / "a" / "kept_outside.png").write_bytes(JPEG)  # that pymeshlab does not read
     files.write(files.read(source), tmp_path / "a" / "out" / "o.ply", source=source)
-    assert references(tmp_path / "a" / "out" / "o.ply") == ["../t.png"]
+    assert references(tmp_path / "a" / "out" / "o.ply") == ["../kept_outside.png"]
 
 
 def test_a_format_without_textures_gets_none(tmp_path):

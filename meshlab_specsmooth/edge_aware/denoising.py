@@ -251,6 +251,8 @@ def _denoise_repaired(
     result = _denoise_mesh(rescaled, favor, Fixed(), region, with_isotropic, progress, may_have_strays=False)
     if result.noise.kind == UNCLEAR:  # then strays cannot be told from shape either
         return replace(_scaled(result, h), vertices=mesh.V)
+    if result.noise.kind == IMPULSE:  # those were the highest of many
+        return _denoise_mesh(mesh, favor, Fixed(), region, with_isotropic, progress, may_have_strays=False)
     vertices = repaired.V + (result.vertices - rescaled.V) * h
     return replace(
         _scaled(result, h),
