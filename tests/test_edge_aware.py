@@ -364,3 +364,13 @@ def test_a_clean_coarse_model_is_left_alone():
     result = mss.denoise(V, F)
     assert result.noise.kind == "none"
     assert result.displacement < 0.02 * result.noise.mean_edge
+
+
+def test_faces_that_were_turned_before_are_not_counted_as_turned():
+    V, F = rough(torus(40, 24), 0.1)
+    usual = mss.denoise(V, F)
+    turned = F.copy()
+    turned[::50] = turned[::50, ::-1]
+    result = mss.denoise(V, turned)
+    assert result.flips <= usual.flips + 1
+    assert result.displacement < 1.2 * usual.displacement

@@ -50,9 +50,18 @@ def with_volume(mesh: Mesh, Y: Floats, given: float, level: float) -> Floats:
 
 
 def _turned(mesh: Mesh, Y: Floats, smoothed: Floats) -> Booleans:
-    """Faces that look away from where the smoothed surface's do, or from where their neighbours do."""
-    across = mesh.kernels.frames(Y)[1]
+    """Faces that look away from where the smoothed surface's do, or from where their neighbours do.
+
+    Not those that look away from their neighbours on the smoothed surface as well: they came so.
+    """
+    across, smooth = mesh.kernels.frames(Y)[1], mesh.kernels.frames(smoothed)[1]
+    away = np.asarray((across * smooth).sum(axis=1) < 0)
+    opposed = _opposed(mesh, across) & ~_opposed(mesh, smooth)
+    return np.asarray(away | opposed, dtype=np.bool_)
+
+
+def _opposed(mesh: Mesh, across: Floats) -> Booleans:
+    """Faces whose normals look away from those of their neighbours."""
     graph = mesh.graph
     around = csr_array((np.ones(len(graph.indices)), graph.indices, graph.indptr), shape=(graph.size, graph.size))
-    away = np.asarray((across * mesh.kernels.frames(smoothed)[1]).sum(axis=1) < 0)
-    return np.asarray(away | ((across * (around @ across)).sum(axis=1) < 0), dtype=np.bool_)
+    return np.asarray((across * (around @ across)).sum(axis=1) < 0, dtype=np.bool_)
