@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import tempfile
 from pathlib import Path
 
 import numpy as np
 import pymeshlab
 
+from meshlab_specsmooth.bridge import temporary
 from meshlab_specsmooth.bridge.interrupts import Hold
 from meshlab_specsmooth.errors import MeshSetError
 from meshlab_specsmooth.surface import Integers
@@ -47,7 +47,7 @@ def selected_edges(ms: pymeshlab.MeshSet) -> Integers:
     mesh = ms.current_mesh()
     vertices, faces = mesh.vertex_number(), mesh.face_number()
     label = mesh.label()
-    with Hold(), tempfile.TemporaryDirectory(prefix="specsmooth-") as folder:
+    with Hold(), temporary.folder() as folder:
         path = Path(folder) / "edges.ply"
         left_out = {f"save_{name}": False for name in _OF_VERTICES + _OF_FACES}
         ms.save_current_mesh(str(path), save_textures=False, binary=True, save_face_flag=True, **left_out)

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 import pymeshlab
 
-from meshlab_specsmooth.bridge import records
+from meshlab_specsmooth.bridge import records, temporary
 from meshlab_specsmooth.bridge.interrupts import Hold, all_or_nothing
 from meshlab_specsmooth.bridge.records import Stand, Verbosity, kept
 from meshlab_specsmooth.errors import MeshSetError
@@ -361,7 +361,7 @@ def put_script_right(ms: pymeshlab.MeshSet) -> None:
 
 
 def _native_script(ms: pymeshlab.MeshSet) -> str:
-    with Hold(), tempfile.TemporaryDirectory(prefix="specsmooth-") as folder:
+    with Hold(), temporary.folder() as folder:
         path = Path(folder) / "script.mlx"
         _NATIVE_SAVE(ms, str(path))
         return path.read_text(encoding="utf-8")
@@ -373,7 +373,7 @@ def set_script(ms: pymeshlab.MeshSet, text: str) -> None:
     if "<filter " not in text:
         ms.clear_filter_script()
         return
-    with Hold(), tempfile.TemporaryDirectory(prefix="specsmooth-") as folder:
+    with Hold(), temporary.folder() as folder:
         path = Path(folder) / "script.mlx"
         path.write_text(text, encoding="utf-8")
         with native_output():

@@ -14,7 +14,6 @@ import itertools
 import os
 import subprocess
 import sys
-import tempfile
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -24,6 +23,7 @@ from xml.sax.saxutils import quoteattr
 import pymeshlab
 
 from meshlab_specsmooth import descriptors, processes
+from meshlab_specsmooth.bridge import temporary
 from meshlab_specsmooth.bridge.interrupts import Hold
 from meshlab_specsmooth.bridge.meshset import keeping_script, script_of, set_script
 from meshlab_specsmooth.descriptors import Descriptor, Parameter
@@ -260,10 +260,10 @@ def _unknown(names: tuple[str, ...]) -> frozenset[str]:
     unknown: set[str] = set()
     left = list(names)
     while left:
-        with Hold() as hold, tempfile.TemporaryDirectory(prefix="specsmooth-") as folder:
+        with Hold() as hold, temporary.folder() as folder:
             for number, name in enumerate(left):
                 (Path(folder) / f"{number}.mlx").write_text(_as_script([Step(name, (), 0)]), encoding="utf-8")
-            command, environment = processes.command(try_names, folder, str(len(left))), processes.environment()
+            command, environment = processes.command(try_names, str(folder), str(len(left))), processes.environment()
             with hold.through():
                 done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)  # noqa: S603
         answers = [line.split()[1] for line in done.stdout.splitlines() if line.startswith("ANSWER ")]

@@ -8,7 +8,6 @@ import importlib.resources
 import json
 import math
 import os
-import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +16,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from meshlab_specsmooth.bridge import files, projects
+from meshlab_specsmooth.bridge import files, projects, temporary
 from meshlab_specsmooth.compare.comparison import (
     MEASURES,
     Comparison,
@@ -599,7 +598,7 @@ def _pictures(
     """PNGs: the views, one below the other."""
     kept, faces = drawn
     encoded = []
-    with tempfile.TemporaryDirectory(prefix="specsmooth-") as folder:
+    with temporary.folder() as folder:
         path = Path(folder) / "panel.png"
         for shape in shapes:
             render(path, [Panel("", Surface(shape.surface.vertices[kept], faces))], views)
