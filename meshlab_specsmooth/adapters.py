@@ -11,6 +11,7 @@ import copy
 import dataclasses
 import functools
 import importlib
+import inspect
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -19,7 +20,7 @@ from typing import Any, ParamSpec, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from meshlab_specsmooth.errors import InvalidParameter, InvalidSurface, NotAMesh
+from meshlab_specsmooth.errors import InvalidParameter, InvalidSurface, NotAMesh, suggest
 from meshlab_specsmooth.parameters import show
 from meshlab_specsmooth.surface import Floats, Surface, check_indices, face_vectors, vertex_normals
 
@@ -121,11 +122,15 @@ class WithMesh:
 
 
 def accept_meshes(function: Callable[P, R]) -> Callable[P, R]:
-    """Make the parameter ``mesh`` of a function go by the name ``vertices`` as well."""
+    """Make ``mesh`` of a function go by the name ``vertices`` as well, and suggest a misspelled keyword."""
+    known = [*inspect.signature(function).parameters, "vertices"]
 
     @functools.wraps(function)
     def call(*args: P.args, **kwargs: P.kwargs) -> R:
-        if "vertices" in kwargs:
+        for name in kwargs:
+            if name not in known:
+                raise TypeError(f"{function.__name__}() has no parameter {name}.{suggest(name, known)}")
+        if "vertices" in kwargs and "mesh" not in kwargs:
             kwargs["mesh"] = kwargs.pop("vertices")
         return function(*args, **kwargs)
 

@@ -387,6 +387,15 @@ def test_vertices_go_by_their_name_as_well():
     assert mss.estimate_error(lambda X: X, vertices=V, faces=F, probes=1).probes == 1
 
 
+def test_a_misspelled_keyword_is_answered_with_the_one_that_is_meant():
+    with pytest.raises(TypeError, match=r"no parameter barycentre_weight\. Did you mean barycenter_weight\?"):
+        mss.smooth(V, F, barycentre_weight=0.1)
+    with pytest.raises(TypeError, match=r"denoise\(\) has no parameter color\.$"):
+        mss.denoise(V, F, color="red")
+    with pytest.raises(TypeError, match="vertices"):
+        mss.smooth(mesh=V, vertices=V, faces=F)
+
+
 def test_compare_takes_any_mesh(monkeypatch):
     surfaces = []
     monkeypatch.setattr(compared, "experiment", lambda given, truth, **_: surfaces.extend([given, truth]))
