@@ -164,7 +164,7 @@ class SmoothingResult(WithMesh, Described):
         What was measured of the input where the weight was chosen; None where it was given.
     estimated_error : float or None
         Expected root mean square error along the normals, in mesh units, where the weight was chosen. What is below
-        ``noise.resolution`` cannot be told from none; 0 where the estimate came out below zero.
+        ``noise.resolution`` is not distinguishable from none; 0 where the estimate came out below zero.
     warning : str or None
         What the choice of a weight could not take into account, what was left alone for that, or that the cut-off
         leaves next to nothing to smooth.
@@ -512,7 +512,7 @@ class Prepared:
         if progress is not None:
             progress(_CHOICE)
         progress, noise = part(progress, _CHOICE, 1 - _CHOICE), chosen.choice.noise
-        if noise.kind == UNCLEAR:  # then strays cannot be told from shape either
+        if noise.kind == UNCLEAR:  # then strays are not distinguishable from shape either
             base, outliers = self, outliers[:0]
         if noise.is_left_alone:
             result = self._unchanged(automatic, chosen.choice, base, began)
@@ -626,7 +626,7 @@ class Prepared:
         return replace(self, positions=repaired), outliers
 
     def _choose(self, automatic: _Automatic, mask: npt.ArrayLike | None, progress: Progress | None) -> _Chosen:
-        """The weight of least estimated error, and where to start from: impulses drawn in, a noisy rim smoothed."""
+        """The weight of least estimated error, and where to start from: impulses pulled in, a noisy rim smoothed."""
         faces, boundary = self.faces, automatic.given["boundary"]
         counted = None if mask is None else self._weights("mask", mask)[:, 0] > 0
         modes, wavelength = automatic.given["modes"], automatic.given["wavelength"]
@@ -1215,11 +1215,11 @@ def smooth(
     barycenter_weight : float, optional
         w from 1.5e-8 to 6.7e7, dimensionless: how firmly the barycentres are held. It is the strength of the filter,
         more than the cut-off is: 1 is the paper, 0.3 suits noise of 0.2 edge lengths. Without it the noise is measured
-        (:func:`meshlab_specsmooth.estimate_noise`), impulses are drawn in, and the weight of least estimated error is
-        taken, for a low cut-off; result.noise says what was found. Single stray vertices are put back first. Components
-        of unlike scale or noise are smoothed one by one. Where noise cannot be told from shape, nothing is moved, and
-        where the shape would change by more than the noise explains, a weaker result or the input is returned; both are
-        said in result.warning.
+        (:func:`meshlab_specsmooth.estimate_noise`), impulses are pulled to the surface, and the weight of least
+        estimated error is taken, for a low cut-off; result.noise says what was found. Single stray vertices are put
+        back first. Components of unlike scale or noise are smoothed one by one. Where noise and shape are not
+        distinguishable, nothing is moved, and where the shape would change by more than the noise explains, a weaker
+        result or the input is returned; result.warning says so.
     favor : {"position", "normals"}
         Whose error a chosen weight makes small; normals ask for more smoothing.
     passes : int

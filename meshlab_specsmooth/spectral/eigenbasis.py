@@ -1,4 +1,4 @@
-"""h(L) X with eigenvectors: the book way, for small meshes, for reference and for teaching."""
+"""h(L) X with eigenvectors: the textbook method, for small meshes, for reference and for teaching."""
 
 from __future__ import annotations
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-#: Called with the fraction done, rising from 0 to 1. One with a method ``stage`` is told by it what begins.
+#: Called with the fraction done, rising from 0 to 1. A method ``stage``, if there is one, gets the name of what begins.
 Progress = Callable[[float], None]
 
 
