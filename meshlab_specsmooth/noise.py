@@ -95,6 +95,10 @@ _GROWTH_OF_FLAT = 2.2
 # quadrilaterals it is every diagonal, a third of the edges, and more at its caps; of a mask's surface more than two
 # thirds are, and of noise none.
 _EXACT_HEIGHT, _EXACT_FRACTIONS = 1e-6, (0.3, 0.68)
+# Of the largest tenth of the deviations of an exact model a third and more are equal to others, to a millionth of an
+# edge; of impulses hardly any, and a tenth where a flat part has many of one height. A lattice keeps some symmetry, of
+# 16 copies about an axis; a turned part has more
+_LARGEST, _REPEATED, _MAX_REPEATS = 0.9, 1e-6, {IMPULSE: 0.25, QUANTISED: 0.95}
 # Noise of more edges than this has lost the surface: what is measured so is a coarse shape
 _MAX_LEVEL = 1.0
 # Rounding to a lattice leaves its error at most vertices, which the median sees; the rings of a turned part lie on a
@@ -403,7 +407,7 @@ def measure(on: Sheet) -> Measured:
         covariance,
         hit,
     )
-    reason, flat = _doubt(on, noise)
+    reason, flat = _doubt(on, noise, residual)
     if reason is not None:
         noise = unclear(noise, max(high * spread, level), reason)
     elif flat > _MAX_FLAT and kind in (WHITE, DIRECTIONAL):
@@ -418,7 +422,7 @@ def unclear(noise: Noise, bound: float, reason: str) -> Noise:
     )
 
 
-def _doubt(on: Sheet, noise: Noise) -> tuple[str | None, float]:
+def _doubt(on: Sheet, noise: Noise, residual: Floats) -> tuple[str | None, float]:
     """Why what was measured may be shape, and the fraction of edges that are exactly flat where that was looked at."""
     if _is_two_sided(on):
         return "faces that look opposite ways lie upon each other", 0.0
@@ -435,7 +439,8 @@ def _doubt(on: Sheet, noise: Noise) -> tuple[str | None, float]:
     if noise.kind == CORRELATED and grows and steady and noise.outliers < _MAX_OUTLIERS:
         return "the shape has detail as fine as the triangles", 0.0
     if noise.kind in (IMPULSE, QUANTISED):
-        return None, 0.0
+        repeats = _count_repeats(residual, _REPEATED * on.mean_edge) > _MAX_REPEATS[noise.kind]
+        return ("the largest deviations repeat exactly, as at the edges of a CAD model" if repeats else None), 0.0
     heights = compute_heights(on.positions, on.faces)
     flat = float((heights < _FLAT_HEIGHT * noise.level).mean()) if len(heights) else 0.0
     growing = noise.bands[3] > _GROWTH_OF_FLAT * noise.bands[2]
@@ -446,6 +451,13 @@ def _doubt(on: Sheet, noise: Noise) -> tuple[str | None, float]:
     if flat > _MAX_FLAT and (aspect > _MAX_ASPECT_OF_FLAT or growing):
         return f"{100 * flat:.0f} % of the edges are exactly flat, as in a CAD model, and the rest is too coarse", flat
     return None, flat
+
+
+def _count_repeats(residual: Floats, tolerance: float) -> float:
+    """The fraction of the largest sizes that are equal to the next, as on an exact model; those of impulses are not."""
+    sizes = np.sort(np.abs(residual))
+    gaps = np.diff(sizes[sizes >= np.quantile(sizes, _LARGEST)])
+    return float((gaps < tolerance).mean()) if len(gaps) else 0.0
 
 
 def _is_two_sided(on: Sheet) -> bool:

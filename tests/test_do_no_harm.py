@@ -1,5 +1,6 @@
 """What is not noise stays, what cannot be told is said, and no result is out of proportion to the noise."""
 
+import itertools
 import warnings
 
 import numpy as np
@@ -63,6 +64,23 @@ def coarse(V, F, faces):
     return ms.current_mesh().vertex_matrix(), ms.current_mesh().face_matrix()
 
 
+def turned(count, profile):
+    """A profile of (radius, height) about the axis, open at both ends."""
+    V = np.concatenate([np.c_[circle(count, radius), np.full(count, height)] for radius, height in profile])
+    i, j = np.arange(count), (np.arange(count) + 1) % count
+    sides = [
+        np.r_[np.c_[a + i, a + j, a + count + j], np.c_[a + i, a + count + j, a + count + i]]
+        for a in range(0, count * (len(profile) - 1), count)
+    ]
+    return V, np.concatenate(sides)
+
+
+def bent(*corners, steps):
+    """Points along a polyline, so many to each side."""
+    sides = itertools.pairwise(corners)
+    return [*(np.array(p) + (np.array(q) - p) * k / steps for p, q in sides for k in range(steps)), corners[-1]]
+
+
 CAD = {
     "cylinder": prism(circle(100), 60.0),
     "slender cylinder": prism(circle(32), 400.0),
@@ -74,6 +92,8 @@ CAD = {
     "torus of few sections": torus(200, 6),
     "soup": soup(*prism(circle(100), 60.0)),
     "soup of a gear": soup(*gear(40)),
+    "turned part": turned(63, bent((8, 3), (6, 8), (8, 9), (5, 11), steps=3)),
+    "turned part of even steps": turned(47, bent((9, 0), (3, 6), (5, 9), steps=6)),
     "box": box(2),
     "box of few cells": box(5),
     "cylinder and box": together(prism(circle(64), 60.0), (box(12)[0] + 100.0, box(12)[1])),
