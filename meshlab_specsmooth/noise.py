@@ -329,12 +329,18 @@ def rebuilt(
 
 def normals(X: Floats, F: Integers) -> Floats:
     """(k, 3) unit normals of the vertices, weighted by area; zero where there is none."""
+    _, sums = _face_vectors(X, F)
+    length = np.linalg.norm(sums, axis=1)
+    return np.asarray(np.divide(sums, length[:, None], out=np.zeros_like(sums), where=length[:, None] > 0))
+
+
+def _face_vectors(X: Floats, F: Integers) -> tuple[Floats, Floats]:
+    """(m, 3) normals whose length is twice the face's area, and (k, 3) their sums at the vertices."""
     vectors = np.cross(X[F[:, 1]] - X[F[:, 0]], X[F[:, 2]] - X[F[:, 0]])
     corner = F.ravel()
     # (bincount counts in integers where there is nothing to count)
     sums = np.stack([np.bincount(corner, np.repeat(c, 3), len(X)) for c in vectors.T], axis=1).astype(np.float64)
-    length = np.linalg.norm(sums, axis=1)
-    return np.asarray(np.divide(sums, length[:, None], out=np.zeros_like(sums), where=length[:, None] > 0))
+    return vectors, sums
 
 
 def weight_for(level: float) -> float:
@@ -462,11 +468,9 @@ def _count_repeats(residual: Floats, tolerance: float) -> float:
 
 def _is_two_sided(on: Sheet) -> bool:
     """Whether the faces at most vertices cancel each other: then there are no normals."""
-    X, F = on.positions, on.faces
-    vectors = np.cross(X[F[:, 1]] - X[F[:, 0]], X[F[:, 2]] - X[F[:, 0]])
-    corner, n = F.ravel(), len(X)
-    sums = np.stack([np.bincount(corner, np.repeat(c, 3), n) for c in vectors.T], axis=1)
-    areas = np.bincount(corner, np.repeat(np.linalg.norm(vectors, axis=1), 3), n)
+    F, n = on.faces, len(on.positions)
+    vectors, sums = _face_vectors(on.positions, F)
+    areas = np.bincount(F.ravel(), np.repeat(np.linalg.norm(vectors, axis=1), 3), n)
     canceled = np.linalg.norm(sums, axis=1) < _CANCELED * areas
     return bool(2 * canceled.sum() > n)
 
