@@ -22,24 +22,11 @@ from typing import TYPE_CHECKING
 from meshlab_specsmooth.version import VERSION
 
 if TYPE_CHECKING:
-    from meshlab_specsmooth.bars import show_progress
-    from meshlab_specsmooth.batch.many import batch
-    from meshlab_specsmooth.batch.summary import BatchSummary
-    from meshlab_specsmooth.batch.work import Outcome
-    from meshlab_specsmooth.bridge.measures import crossing_faces
-    from meshlab_specsmooth.bridge.registry import register, unregister
-    from meshlab_specsmooth.bridge.signatures import (
-        MeshSet,
-        apply_coord_edge_aware_smoothing,
-        apply_coord_spectral_denoising,
-        apply_coord_spectral_enhancement,
-        apply_coord_spectral_low_pass,
-        apply_coord_spectral_smoothing,
-        compute_scalar_by_spectral_displacement,
-        get_spectrum,
-    )
-    from meshlab_specsmooth.compare.comparison import Comparison
-    from meshlab_specsmooth.compare.competitors import Competitor
+    from meshlab_specsmooth.batching.many import batch
+    from meshlab_specsmooth.batching.summary import BatchSummary
+    from meshlab_specsmooth.batching.work import Outcome
+    from meshlab_specsmooth.comparison.comparison import Comparison
+    from meshlab_specsmooth.comparison.competitors import Competitor
     from meshlab_specsmooth.edge_aware import EdgeAwareResult, denoise, smooth_edge_aware
     from meshlab_specsmooth.errors import (
         ClusterError,
@@ -59,22 +46,35 @@ if TYPE_CHECKING:
         SpecsmoothError,
         TooLarge,
     )
-    from meshlab_specsmooth.estimation import ErrorEstimate, estimate_error, estimate_noise
-    from meshlab_specsmooth.noise import Noise
+    from meshlab_specsmooth.geometry.surface import Surface
+    from meshlab_specsmooth.meshlab.measures import crossing_faces
+    from meshlab_specsmooth.meshlab.registry import register, unregister
+    from meshlab_specsmooth.meshlab.signatures import (
+        MeshSet,
+        apply_coord_edge_aware_smoothing,
+        apply_coord_spectral_denoising,
+        apply_coord_spectral_enhancement,
+        apply_coord_spectral_low_pass,
+        apply_coord_spectral_smoothing,
+        compute_scalar_by_spectral_displacement,
+        get_spectrum,
+    )
+    from meshlab_specsmooth.noise.estimate.estimate.estimate import Noise
+    from meshlab_specsmooth.power_spectrum import Spectrum, spectrum
     from meshlab_specsmooth.report.compared import compare
-    from meshlab_specsmooth.smoothing import Prepared, SmoothingResult, enhance, low_pass, prepare, smooth
-    from meshlab_specsmooth.spectrum import Spectrum, spectrum
-    from meshlab_specsmooth.surface import Surface
+    from meshlab_specsmooth.risk.estimation import ErrorEstimate, estimate_error, estimate_noise
+    from meshlab_specsmooth.runtime.bars import show_progress
+    from meshlab_specsmooth.smoothing.api.api.api import Prepared, SmoothingResult, enhance, low_pass, prepare, smooth
 
 __version__ = VERSION
 
 # The same names as above, for the interpreter
 _NAMES = {
-    "bars": ("show_progress",),
-    "batch.many": ("batch",),
-    "batch.summary": ("BatchSummary",),
-    "batch.work": ("Outcome",),
-    "bridge.signatures": (
+    "runtime.bars": ("show_progress",),
+    "batching.many": ("batch",),
+    "batching.summary": ("BatchSummary",),
+    "batching.work": ("Outcome",),
+    "meshlab.signatures": (
         "MeshSet",
         "apply_coord_edge_aware_smoothing",
         "apply_coord_spectral_denoising",
@@ -84,13 +84,13 @@ _NAMES = {
         "compute_scalar_by_spectral_displacement",
         "get_spectrum",
     ),
-    "bridge.measures": ("crossing_faces",),
-    "bridge.registry": (
+    "meshlab.measures": ("crossing_faces",),
+    "meshlab.registry": (
         "register",
         "unregister",
     ),
-    "compare.comparison": ("Comparison",),
-    "compare.competitors": ("Competitor",),
+    "comparison.comparison": ("Comparison",),
+    "comparison.competitors": ("Competitor",),
     "edge_aware": (
         "EdgeAwareResult",
         "denoise",
@@ -114,14 +114,14 @@ _NAMES = {
         "SpecsmoothError",
         "TooLarge",
     ),
-    "estimation": (
+    "risk.estimation": (
         "ErrorEstimate",
         "estimate_error",
         "estimate_noise",
     ),
-    "noise": ("Noise",),
+    "noise.estimate": ("Noise",),
     "report.compared": ("compare",),
-    "smoothing": (
+    "smoothing.api": (
         "Prepared",
         "SmoothingResult",
         "enhance",
@@ -129,11 +129,11 @@ _NAMES = {
         "prepare",
         "smooth",
     ),
-    "spectrum": (
+    "power_spectrum": (
         "Spectrum",
         "spectrum",
     ),
-    "surface": ("Surface",),
+    "geometry.surface": ("Surface",),
 }
 _MODULE_OF = {name: module for module, names in _NAMES.items() for name in names}
 

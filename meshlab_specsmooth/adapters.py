@@ -20,9 +20,10 @@ from typing import Any, ParamSpec, TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.errors import InvalidParameter, InvalidSurface, NotAMesh, suggest
+from meshlab_specsmooth.geometry.surface import Surface, check_indices, face_vectors, vertex_normals
 from meshlab_specsmooth.parameters import show
-from meshlab_specsmooth.surface import Floats, Surface, check_indices, face_vectors, vertex_normals
 
 Indices = npt.NDArray[np.int64]
 P = ParamSpec("P")
@@ -33,7 +34,7 @@ Mesh = Any
 
 # Reads files and copies pymeshlab's meshes. It is loaded by its name when one of these is given: this module comes
 # before it, and everything else works where pymeshlab cannot be loaded.
-_BRIDGE = "meshlab_specsmooth.bridge.given"
+_BRIDGE = "meshlab_specsmooth.meshlab.given"
 
 KINDS = (
     "pass vertices and faces, a tuple (vertices, faces, ...), a mesh of pymeshlab, trimesh, PyVista, Open3D, meshio or "

@@ -35,10 +35,11 @@ import pairs  # noqa: E402
 from contenders import Contender, Setting  # noqa: E402
 
 import meshlab_specsmooth as mss  # noqa: E402
-from meshlab_specsmooth.bridge import files, meshset  # noqa: E402
-from meshlab_specsmooth.compare import metrics  # noqa: E402
+from meshlab_specsmooth.arrays import Floats  # noqa: E402
+from meshlab_specsmooth.comparison import metrics  # noqa: E402
+from meshlab_specsmooth.geometry.surface import Surface, is_closed, mean_edge_length  # noqa: E402
+from meshlab_specsmooth.meshlab import files, meshset  # noqa: E402
 from meshlab_specsmooth.report.pictures import Panel, front, picture  # noqa: E402
-from meshlab_specsmooth.surface import Floats, Surface, is_closed, mean_edge_length  # noqa: E402
 
 # further off than so many edges, a result is said to diverge and is measured no further
 _ASTRAY = 10.0

@@ -27,16 +27,16 @@ if "--without-fast" in sys.argv:
 
 import numpy as np  # noqa: E402
 import pymeshlab  # noqa: E402
+from meshlab_specsmooth.operators.laplacians.laplacians import barycenters  # noqa: E402
 from scipy.sparse import csr_array, diags_array, eye_array  # noqa: E402
 from scipy.sparse.linalg import eigsh, splu  # noqa: E402
 
 import meshlab_specsmooth as mss  # noqa: E402
-from meshlab_specsmooth.bridge.filters import apply  # noqa: E402
-from meshlab_specsmooth.compare.metrics import add_noise  # noqa: E402
-from meshlab_specsmooth.graph import blocks  # noqa: E402
-from meshlab_specsmooth.operators import barycenters  # noqa: E402
+from meshlab_specsmooth.comparison.metrics import add_noise  # noqa: E402
+from meshlab_specsmooth.geometry.surface import Surface  # noqa: E402
+from meshlab_specsmooth.meshlab.filters import apply  # noqa: E402
+from meshlab_specsmooth.runtime import blocks  # noqa: E402
 from meshlab_specsmooth.spectral import eigenbasis  # noqa: E402
-from meshlab_specsmooth.surface import Surface  # noqa: E402
 
 Seconds = dict[str, float]
 OURS, EDGE_AWARE = "apply_coord_spectral_smoothing", "apply_coord_edge_aware_smoothing"

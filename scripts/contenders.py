@@ -12,7 +12,7 @@ import numpy as np
 import pymeshlab
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth.surface import Floats, Integers
+from meshlab_specsmooth.arrays import Floats, Integers
 
 Setting = dict[str, Any]
 Run = Callable[..., Floats]

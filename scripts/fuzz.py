@@ -36,11 +36,10 @@ if __name__ == "__main__":
 
 import numpy as np
 import pymeshlab
+from meshlab_specsmooth.noise.estimate.estimate.estimate import KINDS
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth import descriptors
-from meshlab_specsmooth.bridge import filters
-from meshlab_specsmooth.noise import KINDS
+from meshlab_specsmooth.meshlab import descriptors, filters
 
 TYPED = (mss.SpecsmoothError, pymeshlab.PyMeshLabException, pymeshlab.InvalidEnumException)
 MESHSETS = 0.12  # the share of calls

@@ -10,8 +10,8 @@ import bootstrap
 
 bootstrap.enter("demo")
 
-from meshlab_specsmooth import descriptors  # noqa: E402
-from meshlab_specsmooth.descriptors import Descriptor, Parameter  # noqa: E402
+from meshlab_specsmooth.meshlab import descriptors  # noqa: E402
+from meshlab_specsmooth.meshlab.descriptors import Descriptor, Parameter  # noqa: E402
 
 HEAD = """# The filters
 
@@ -106,4 +106,4 @@ def quoted(text: str) -> str:
 
 if __name__ == "__main__":
     (bootstrap.ROOT / "docs" / "filters.md").write_text(page(), encoding="utf-8")
-    (bootstrap.ROOT / "meshlab_specsmooth" / "bridge" / "signatures.pyi").write_text(stub(), encoding="utf-8")
+    (bootstrap.ROOT / "meshlab_specsmooth" / "meshlab" / "signatures.pyi").write_text(stub(), encoding="utf-8")

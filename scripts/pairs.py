@@ -9,9 +9,10 @@ from pathlib import Path
 import numpy as np
 import pymeshlab
 
-from meshlab_specsmooth.bridge.files import sample
-from meshlab_specsmooth.compare import noise
-from meshlab_specsmooth.surface import Floats, Surface, mean_edge_length
+from meshlab_specsmooth.arrays import Floats
+from meshlab_specsmooth.comparison import noise
+from meshlab_specsmooth.geometry.surface import Surface, mean_edge_length
+from meshlab_specsmooth.meshlab.files import sample
 
 # --- shapes of about so many vertices ---
 

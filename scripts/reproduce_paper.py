@@ -24,14 +24,14 @@ import pymeshlab  # noqa: E402
 from matplotlib.figure import Figure  # noqa: E402
 
 import meshlab_specsmooth as mss  # noqa: E402
-from meshlab_specsmooth.bridge import files, meshset  # noqa: E402
-from meshlab_specsmooth.compare.metrics import add_noise, normal_error, vertex_error, volume_change  # noqa: E402
+from meshlab_specsmooth.comparison.metrics import add_noise, normal_error, vertex_error, volume_change  # noqa: E402
+from meshlab_specsmooth.geometry.surface import Surface, face_vectors  # noqa: E402
+from meshlab_specsmooth.meshlab import files, meshset  # noqa: E402
 from meshlab_specsmooth.report.pictures import Panel, front, picture  # noqa: E402
-from meshlab_specsmooth.response import ideal  # noqa: E402
 from meshlab_specsmooth.spectral import eigenbasis  # noqa: E402
 from meshlab_specsmooth.spectral.chebyshev import approximate  # noqa: E402
 from meshlab_specsmooth.spectral.density import measure  # noqa: E402
-from meshlab_specsmooth.surface import Surface, face_vectors  # noqa: E402
+from meshlab_specsmooth.spectral.response import ideal  # noqa: E402
 
 KEPT = 200  # the paper's f_a
 NOISE, SEED = 0.2, 1

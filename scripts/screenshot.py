@@ -16,8 +16,8 @@ bootstrap.provide("chromium", "chromium")
 from playwright.sync_api import sync_playwright  # noqa: E402
 
 import meshlab_specsmooth as mss  # noqa: E402
-from meshlab_specsmooth.bridge import files, meshset  # noqa: E402
-from meshlab_specsmooth.compare.metrics import add_noise, normal_error  # noqa: E402
+from meshlab_specsmooth.comparison.metrics import add_noise, normal_error  # noqa: E402
+from meshlab_specsmooth.meshlab import files, meshset  # noqa: E402
 from meshlab_specsmooth.report.pictures import Panel, front, picture  # noqa: E402
 
 SIZE = {"width": 1360, "height": 1340}

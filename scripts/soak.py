@@ -26,7 +26,7 @@ bootstrap.enter("test")
 
 import numpy as np  # noqa: E402
 
-from meshlab_specsmooth.bridge import files, meshset  # noqa: E402
+from meshlab_specsmooth.meshlab import files, meshset  # noqa: E402
 
 SPECSMOOTH = [sys.executable, "-m", "meshlab_specsmooth", "batch"]
 DASK = [sys.executable, "-m", "dask"]

@@ -9,12 +9,12 @@ import hypothesis.strategies as st
 import numpy as np
 import numpy.typing as npt
 import pymeshlab
+from meshlab_specsmooth.smoothing.api.api.api import prepare
 from scipy.sparse import csr_array
 
+from meshlab_specsmooth.geometry.surface import Surface, mean_edge_length, vertex_normals
 from meshlab_specsmooth.graph.build import of_mesh
 from meshlab_specsmooth.graph.laplacian import Laplacian, laplacian
-from meshlab_specsmooth.smoothing import prepare
-from meshlab_specsmooth.surface import Surface, mean_edge_length, vertex_normals
 
 Floats = npt.NDArray[np.float64]
 Mesh = tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]

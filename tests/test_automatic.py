@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from meshlab_specsmooth.operators.laplacians.laplacians import patches
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth import automatic, patches
-from meshlab_specsmooth.surface import face_vectors, vertex_normals
+from meshlab_specsmooth.geometry.surface import face_vectors, vertex_normals
+from meshlab_specsmooth.risk import choose_weight as automatic
 from tests.meshes import edge_of, impulses, kinds_of_noise, noisy, remeshed_box, sheet, torus
 
 TORUS, BOX = torus(80, 40), remeshed_box()

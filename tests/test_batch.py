@@ -18,15 +18,15 @@ import pymeshlab
 import pytest
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth.batch import cluster, local, work
-from meshlab_specsmooth.batch.inputs import sources
-from meshlab_specsmooth.batch.work import RECORD_ENDING, Job
-from meshlab_specsmooth.bridge import files, meshset, temporary
+from meshlab_specsmooth.batching import cluster, local, work
+from meshlab_specsmooth.batching.inputs import sources
+from meshlab_specsmooth.batching.work import RECORD_ENDING, Job
 from meshlab_specsmooth.cli import batch as command_line
 from meshlab_specsmooth.cli import main
-from meshlab_specsmooth.graph import backend
+from meshlab_specsmooth.geometry.surface import signed_volume
+from meshlab_specsmooth.meshlab import files, meshset
 from meshlab_specsmooth.report import contact_sheet
-from meshlab_specsmooth.surface import signed_volume
+from meshlab_specsmooth.runtime import backend, temporary
 from tests.meshes import rough, sheet, torus
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
@@ -61,7 +61,7 @@ def in_this_process(monkeypatch):
 # a worker whose process ends, in one way or another, on meshes that are called so
 DYING = """
 import atexit, os, time
-from meshlab_specsmooth.batch import work, worker
+from meshlab_specsmooth.batching import work, worker
 def fake(job):
     if "killed" in job.source:
         os.kill(os.getpid(), 9)
@@ -314,7 +314,7 @@ def test_as_many_run_at_once_as_there_is_memory_for(monkeypatch):
 def test_a_mesh_that_takes_more_memory_than_its_share_fails_by_itself(tmp_path, monkeypatch):
     inputs = scans(tmp_path / "in", 1)
     code = """
-from meshlab_specsmooth.batch import work, worker
+from meshlab_specsmooth.batching import work, worker
 def greedy(job):
     try:
         bytearray(3 * 2**30)
@@ -443,7 +443,7 @@ def dask(folder, count, **environment):
 # what the workers of a cluster may run instead: their processes die of meshes that are called so, or they do
 FATAL = f"""
 import os, sys
-from meshlab_specsmooth.batch import cluster, local
+from meshlab_specsmooth.batching import cluster, local
 run_there = cluster.run_there
 def run_or_die(job, size, time_limit):
     if "worker" in job.source:

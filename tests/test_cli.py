@@ -15,12 +15,12 @@ import pymeshlab
 import pytest
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth.bridge import files, meshset
 from meshlab_specsmooth.cli import demo, main, smooth
 from meshlab_specsmooth.cli.denoise import crossed
 from meshlab_specsmooth.cli.progress import bar
-from meshlab_specsmooth.descriptors import load, names
-from meshlab_specsmooth.graph import backend
+from meshlab_specsmooth.meshlab import files, meshset
+from meshlab_specsmooth.meshlab.descriptors import load, names
+from meshlab_specsmooth.runtime import backend
 from tests.meshes import rough, torus
 
 

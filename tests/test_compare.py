@@ -8,17 +8,18 @@ import pymeshlab
 import pytest
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth.bridge import child, meshset, projects
-from meshlab_specsmooth.bridge.filters import FILTERS
-from meshlab_specsmooth.bridge.measures import crossing_faces, hausdorff
 from meshlab_specsmooth.cli import main
-from meshlab_specsmooth.compare import experiment, metrics, noise, shape
-from meshlab_specsmooth.compare.comparison import MEASURES, shown
-from meshlab_specsmooth.compare.competitors import COMPETITORS, competitors
-from meshlab_specsmooth.compare.distances import distances
-from meshlab_specsmooth.compare.shape import Ruler
-from meshlab_specsmooth.descriptors import Length
+from meshlab_specsmooth.comparison import experiment, metrics, noise, shape
+from meshlab_specsmooth.comparison.comparison import MEASURES, shown
+from meshlab_specsmooth.comparison.competitors import COMPETITORS, competitors
+from meshlab_specsmooth.comparison.distances import distances
+from meshlab_specsmooth.comparison.shape import Ruler
 from meshlab_specsmooth.errors import FilterFailed
+from meshlab_specsmooth.isolation import child
+from meshlab_specsmooth.meshlab import meshset, projects
+from meshlab_specsmooth.meshlab.descriptors import Length
+from meshlab_specsmooth.meshlab.filters import FILTERS
+from meshlab_specsmooth.meshlab.measures import crossing_faces, hausdorff
 from meshlab_specsmooth.report import compared as report
 from meshlab_specsmooth.report import page, plots
 from tests.meshes import rough, sheet, together, torus

@@ -4,9 +4,9 @@ import re
 import pytest
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth import xmltree
-from meshlab_specsmooth.descriptors import Length, load, names, read
 from meshlab_specsmooth.errors import InvalidXml
+from meshlab_specsmooth.meshlab import xmltree
+from meshlab_specsmooth.meshlab.descriptors import Length, load, names, read
 
 GOOD = """<?xml version="1.0" encoding="UTF-8"?>
 <!DOCTYPE MESHLAB_FILTER_INTERFACE>

@@ -6,15 +6,15 @@ import warnings
 import numpy as np
 import pymeshlab
 import pytest
+from meshlab_specsmooth.noise.estimate.estimate.estimate import nothing
+from meshlab_specsmooth.noise.estimate.estimate.outliers import replace_outliers
+from meshlab_specsmooth.noise.estimate.estimate.shape_change import compare_shapes
+from meshlab_specsmooth.smoothing.api.api.api import assemble
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth.guard import compare_shapes
-from meshlab_specsmooth.noise import nothing
-from meshlab_specsmooth.outliers import replace_outliers
-from meshlab_specsmooth.smoothing import assemble
-from meshlab_specsmooth.surface import Surface, is_closed, signed_volume
-from meshlab_specsmooth.triangles import compute_aspects, compute_heights
-from meshlab_specsmooth.welding import find_copies
+from meshlab_specsmooth.geometry.surface import Surface, is_closed, signed_volume
+from meshlab_specsmooth.geometry.triangles import compute_aspects, compute_heights
+from meshlab_specsmooth.geometry.welding import find_copies
 from tests.meshes import box, rough, sheet, together, torus
 
 BOTH = pytest.mark.parametrize("function", [mss.smooth, mss.denoise], ids=["smooth", "denoise"])
@@ -148,8 +148,8 @@ def test_aspects_and_heights_of_triangles_are_known():
 
 @BOTH
 def test_the_verdict_and_the_result_do_not_depend_on_the_order(function, monkeypatch):
-    monkeypatch.setattr("meshlab_specsmooth.patches.WHOLE", 1000)
-    monkeypatch.setattr("meshlab_specsmooth.patches._SIZE", 300)
+    monkeypatch.setattr("meshlab_specsmooth.operators.patches.WHOLE", 1000)
+    monkeypatch.setattr("meshlab_specsmooth.operators.patches._SIZE", 300)
     V, F = rough(torus(70, 40), 0.1)
     noise = 0.3 * np.random.default_rng(0).standard_normal(V.shape)
     V[:800] += 0.2 * noise[:800]  # not the same everywhere, so that it counts where the patches are
@@ -335,13 +335,13 @@ def test_a_level_that_is_taken_too_high_does_no_harm(monkeypatch):
     """Whatever was estimated: the guard does not hang on it."""
     V, F = rough(torus(30, 16), 0.1)
     truth = signed_volume(Surface(V, F))
-    from meshlab_specsmooth import automatic
+    from meshlab_specsmooth.risk import choose_weight as automatic
 
     def choose(*given, **more):
         choice = automatic.choose(*given, **more)
         return automatic.replace(choice, weight=1e-3)
 
-    monkeypatch.setattr("meshlab_specsmooth.smoothing.choose", choose)
+    monkeypatch.setattr("meshlab_specsmooth.smoothing.api.choose", choose)
     result = mss.smooth(V, F)
     assert signed_volume(Surface(result.vertices, F)) == pytest.approx(truth, rel=0.03)
     assert "is returned" in result.warning or "the volume was held" in result.warning

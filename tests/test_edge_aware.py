@@ -4,13 +4,13 @@ import numpy as np
 import pymeshlab
 import pytest
 from hypothesis import given, settings
+from meshlab_specsmooth.operators.laplacians.laplacians import patches
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth import patches
-from meshlab_specsmooth.bridge import files, meshset
-from meshlab_specsmooth.compare.metrics import normal_error, vertex_error, volume_change
+from meshlab_specsmooth.comparison.metrics import normal_error, vertex_error, volume_change
 from meshlab_specsmooth.edge_aware import mesh as mesh_of_edges
 from meshlab_specsmooth.graph import faces, faces_compiled
+from meshlab_specsmooth.meshlab import files, meshset
 from tests.meshes import box, flaws, meshes, rough, sheet, torus
 
 BOX = box()

@@ -3,22 +3,22 @@
 import numpy as np
 import pymeshlab
 import pytest
+from meshlab_specsmooth.operators.laplacians.laplacians import patches
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth import patches
-from meshlab_specsmooth.bridge import creases, files, filters, meshset
-from meshlab_specsmooth.bridge.creases import selected_edges
 from meshlab_specsmooth.cli import main
-from meshlab_specsmooth.compare.metrics import normal_error
+from meshlab_specsmooth.comparison.metrics import normal_error
 from meshlab_specsmooth.edge_aware import mesh as mesh_of_edges
 from meshlab_specsmooth.edge_aware import pieces
 from meshlab_specsmooth.edge_aware.filtering import low_pass
 from meshlab_specsmooth.edge_aware.regions import Region
+from meshlab_specsmooth.geometry.surface import boundary_vertices
 from meshlab_specsmooth.graph.creases import cut_along, cut_graph, find_creases
 from meshlab_specsmooth.graph.faces import neighbours
-from meshlab_specsmooth.surface import boundary_vertices
+from meshlab_specsmooth.meshlab import creases, files, filters, meshset
+from meshlab_specsmooth.meshlab.creases import selected_edges
 from tests import state
 from tests.meshes import rough, sheet, torus
 from tests.test_edge_aware import box

@@ -6,7 +6,7 @@ import pytest
 import threadpoolctl
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth.graph import blocks
+from meshlab_specsmooth.runtime import blocks
 from meshlab_specsmooth.spectral import eigenbasis, inertia
 from meshlab_specsmooth.spectral.cutoff import Cutoff
 from tests import meshes

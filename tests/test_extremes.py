@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth.bridge import meshset
-from meshlab_specsmooth.bridge.filters import FILTERS, PyMeshLabException
-from meshlab_specsmooth.descriptors import load
+from meshlab_specsmooth.meshlab import meshset
+from meshlab_specsmooth.meshlab.descriptors import load
+from meshlab_specsmooth.meshlab.filters import FILTERS, PyMeshLabException
 from tests.meshes import TETRAHEDRON, TRIANGLE, rough, sheet, together, torus
 
 V, F = rough(torus(8, 6))

@@ -12,8 +12,8 @@ import pymeshlab
 import pytest
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth.batch import work
-from meshlab_specsmooth.bridge import files, meshset, textures
+from meshlab_specsmooth.batching import work
+from meshlab_specsmooth.meshlab import files, meshset, textures
 from tests.meshes import torus
 
 PNG = b"\x89PNG\r\n\x1a\n" + bytes(30)  # begin as images do; pymeshlab reads neither

@@ -9,10 +9,9 @@ import pymeshlab
 import pytest
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth import descriptors
-from meshlab_specsmooth.bridge import files, filters, meshset
-from meshlab_specsmooth.bridge.parameters import resolve
-from meshlab_specsmooth.surface import vertex_normals
+from meshlab_specsmooth.geometry.surface import vertex_normals
+from meshlab_specsmooth.meshlab import descriptors, files, filters, meshset
+from meshlab_specsmooth.meshlab.parameters import resolve
 from tests import state
 from tests.meshes import rough, sheet, torus
 
@@ -188,7 +187,7 @@ def test_both_kinds_of_verbosity_stay_as_they_were(full, parameters, capfd):
 THREADS = """
 import os, sys, threading
 import meshlab_specsmooth as mss
-from meshlab_specsmooth.bridge import meshset
+from meshlab_specsmooth.meshlab import meshset
 from tests.meshes import rough, torus
 mesh = rough(torus(20, 12))
 before = os.fstat(1), os.fstat(2), sys.stdout, sys.stderr

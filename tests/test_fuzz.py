@@ -11,9 +11,8 @@ import pytest
 from hypothesis import given, settings
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth import descriptors
-from meshlab_specsmooth.bridge import scripts
-from meshlab_specsmooth.xmltree import LARGEST_FILE, parse
+from meshlab_specsmooth.meshlab import descriptors, scripts
+from meshlab_specsmooth.meshlab.xmltree import LARGEST_FILE, parse
 
 fuzz = settings(max_examples=300, derandomize=True, deadline=None)
 

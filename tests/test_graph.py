@@ -8,16 +8,18 @@ from unittest import mock
 import numpy as np
 import pytest
 from hypothesis import given, settings
+from meshlab_specsmooth.operators.laplacians.laplacians.laplacians import laplacian_of_kind
+from meshlab_specsmooth.smoothing.api.api.api import prepare
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth.graph import backend, blocks, build, counting, kernels, order
+from meshlab_specsmooth.geometry import order
+from meshlab_specsmooth.geometry.surface import Surface, edges
+from meshlab_specsmooth.graph import build, counting, kernels
 from meshlab_specsmooth.graph.build import of_mesh, weighted
 from meshlab_specsmooth.graph.compiled import CompiledKernels
 from meshlab_specsmooth.graph.laplacian import Laplacian, laplacian
 from meshlab_specsmooth.graph.reference import ReferenceKernels
-from meshlab_specsmooth.operators import laplacian_of_kind
-from meshlab_specsmooth.smoothing import prepare
-from meshlab_specsmooth.surface import Surface, edges
+from meshlab_specsmooth.runtime import backend, blocks
 from tests.meshes import TETRAHEDRON, flaws, meshes, rough, sheet, together, torus
 
 MESHES = {"closed": rough(torus(12, 9)), "open": rough(sheet()), "flawed": flaws(sheet(5, 4))["duplicate faces"]}
@@ -275,7 +277,7 @@ def test_a_forked_child_has_threads_of_its_own():
     code = """
 import os, warnings
 warnings.simplefilter("ignore", DeprecationWarning)  # of fork in a process with threads, which is the point
-from meshlab_specsmooth.graph import blocks
+from meshlab_specsmooth.runtime import blocks
 n = 100 * blocks.ROWS
 blocks.in_threads(lambda first, last: None, n)
 child = os.fork()

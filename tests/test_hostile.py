@@ -12,13 +12,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from meshlab_specsmooth.operators.laplacians.laplacians import reconstruction
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth import reconstruction
-from meshlab_specsmooth.batch import work
-from meshlab_specsmooth.batch.work import Job
-from meshlab_specsmooth.bridge import files, headers, meshset
+from meshlab_specsmooth.batching import work
+from meshlab_specsmooth.batching.work import Job
 from meshlab_specsmooth.cli import main
+from meshlab_specsmooth.meshlab import files, headers, meshset
 from tests.meshes import rough, torus
 
 CORNERS = struct.pack("<9f", 0, 0, 0, 1, 0, 0, 0, 1, 0)

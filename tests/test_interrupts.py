@@ -11,8 +11,8 @@ import pymeshlab
 import pytest
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth.bridge import filters, meshset, scripts
-from meshlab_specsmooth.bridge.interrupts import Hold, all_or_nothing
+from meshlab_specsmooth.meshlab import filters, meshset, scripts
+from meshlab_specsmooth.runtime.interrupts import Hold, all_or_nothing
 from tests import state
 from tests.meshes import rough, torus
 
@@ -208,7 +208,8 @@ CHILD = """
 import os, random, signal, sys, threading, time
 import numpy as np
 import meshlab_specsmooth as mss
-from meshlab_specsmooth.bridge import filters, interrupts, meshset
+from meshlab_specsmooth.meshlab import filters, meshset
+from meshlab_specsmooth.runtime import interrupts
 from tests import state
 from tests.meshes import torus
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth import memory
+from meshlab_specsmooth.runtime import memory
 
 GIB = 2**30
 

@@ -10,8 +10,7 @@ import pymeshlab
 import pytest
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth import descriptors
-from meshlab_specsmooth.bridge import files, meshset, scripts
+from meshlab_specsmooth.meshlab import descriptors, files, meshset, scripts
 from tests import state
 from tests.meshes import torus
 
@@ -77,7 +76,7 @@ def test_the_script_keeps_what_was_in_it_and_nothing_is_added(laden):
 
 VERBOSE_OR_NOT = """
 import sys, pymeshlab
-from meshlab_specsmooth.bridge import meshset
+from meshlab_specsmooth.meshlab import meshset
 ms = pymeshlab.MeshSet(verbose=sys.argv[1] == "verbose")
 ms.create_sphere()
 ms.apply_coord_taubin_smoothing()
@@ -254,7 +253,7 @@ def test_a_process_without_standard_streams_can_push(monkeypatch, stream):
 CLOSED = """
 import os
 import numpy, pymeshlab
-from meshlab_specsmooth.bridge import meshset
+from meshlab_specsmooth.meshlab import meshset
 for numbers in ([1], [2], [1, 2]):
     copy = os.fork()
     if copy == 0:

@@ -3,11 +3,10 @@ import pymeshlab
 import pytest
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth.bridge import meshset
-from meshlab_specsmooth.compare import noise, side_by_side
-from meshlab_specsmooth.compare.competitors import Competitor
-from meshlab_specsmooth.compare.distances import distances
-from meshlab_specsmooth.compare.metrics import (
+from meshlab_specsmooth.comparison import noise, side_by_side
+from meshlab_specsmooth.comparison.competitors import Competitor
+from meshlab_specsmooth.comparison.distances import distances
+from meshlab_specsmooth.comparison.metrics import (
     add_noise,
     flipped,
     normal_error,
@@ -15,7 +14,8 @@ from meshlab_specsmooth.compare.metrics import (
     vertex_error,
     volume_change,
 )
-from meshlab_specsmooth.surface import edges, mean_edge_length, vertex_normals
+from meshlab_specsmooth.geometry.surface import edges, mean_edge_length, vertex_normals
+from meshlab_specsmooth.meshlab import meshset
 from tests.meshes import rough, sheet, torus
 
 CLEAN = mss.Surface(*torus())

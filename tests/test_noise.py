@@ -3,10 +3,10 @@
 import numpy as np
 import pymeshlab
 import pytest
+from meshlab_specsmooth.noise.estimate.estimate import estimate as noise_room
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth import noise as noise_room
-from meshlab_specsmooth.surface import vertex_normals
+from meshlab_specsmooth.geometry.surface import vertex_normals
 from tests.meshes import TETRAHEDRON, edge_of, flaws, kinds_of_noise, noisy, remeshed_box, sheet, torus
 
 TORUS, BOX = torus(80, 40), remeshed_box()

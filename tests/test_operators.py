@@ -1,9 +1,13 @@
 import numpy as np
 import pytest
+from meshlab_specsmooth.operators.laplacians.laplacians.laplacians import (
+    barycenters,
+    gram_of_barycenters,
+    laplacian_of_kind,
+)
 
 import meshlab_specsmooth as mss
 from meshlab_specsmooth.graph.build import of_mesh
-from meshlab_specsmooth.operators import barycenters, gram_of_barycenters, laplacian_of_kind
 from tests.meshes import TETRAHEDRON, TRIANGLE, flaws, rough, sheet, torus, torus_eigenvalue, torus_graph, wave
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth import bridge
+from meshlab_specsmooth import meshlab as bridge
 
 ROOT = Path(__file__).parent.parent
 
@@ -53,7 +53,7 @@ print(mss.__file__)
 """
 PROCESS = """
 import numpy as np
-from meshlab_specsmooth.bridge.child import Child
+from meshlab_specsmooth.isolation.child import Child
 with Child(np.array(MESH[1])) as child:
     ran = child.run(np.array(MESH[0], dtype=float), "apply_coord_spectral_low_pass", {"modes": 4})
     assert ran.vertices.shape == (4, 3)
@@ -126,9 +126,9 @@ assert not heavy & sys.modules.keys()
 mss.Surface, mss.errors.InvalidSurface
 assert "scipy" not in sys.modules
 mss.smooth, mss.denoise, mss.spectrum, mss.estimate_noise
-assert not {"pymeshlab", "numba", "matplotlib", "meshlab_specsmooth.descriptors"} & sys.modules.keys()
+assert not {"pymeshlab", "numba", "matplotlib", "meshlab_specsmooth.meshlab.descriptors"} & sys.modules.keys()
 # three names are those of submodules, too
-import meshlab_specsmooth.compare.metrics, meshlab_specsmooth.spectrum, meshlab_specsmooth.batch
+import meshlab_specsmooth.comparison.metrics, meshlab_specsmooth.spectrum, meshlab_specsmooth.batch
 assert all(callable(function) for function in (mss.compare, mss.spectrum, mss.batch))
 before = set(dir(mss))
 from meshlab_specsmooth import *

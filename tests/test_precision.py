@@ -5,9 +5,9 @@ import pytest
 from scipy.spatial import cKDTree
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth.batch import work
-from meshlab_specsmooth.bridge import files, losses, meshset, precision
+from meshlab_specsmooth.batching import work
 from meshlab_specsmooth.cli import main
+from meshlab_specsmooth.meshlab import files, losses, meshset, precision
 from tests.meshes import rough, sheet
 
 V, F = rough(sheet(), 0.05)

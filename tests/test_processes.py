@@ -4,9 +4,9 @@ import sys
 
 import pytest
 
-from meshlab_specsmooth import processes
-from meshlab_specsmooth.batch import local
-from meshlab_specsmooth.batch.worker import serve
+from meshlab_specsmooth.batching import local
+from meshlab_specsmooth.batching.worker import serve
+from meshlab_specsmooth.isolation import processes
 
 # what Python imports as it starts, and what our processes do
 NAMES = ["encodings", "io", "json", "numpy", "os", "pathlib", "signal", "site", "sitecustomize", "usercustomize"]

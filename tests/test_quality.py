@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth.bridge import meshset
-from meshlab_specsmooth.compare import metrics
+from meshlab_specsmooth.comparison import metrics
+from meshlab_specsmooth.meshlab import meshset
 from tests.meshes import rough, torus
 
 SCRIPT = Path(__file__).parent.parent / "scripts" / "benchmark_quality.py"
@@ -119,7 +119,7 @@ import sys
 sys.path.insert(0, {str(SCRIPT.parent)!r})
 import numpy as np
 import pairs
-from meshlab_specsmooth.surface import edges, face_vectors, is_closed, signed_volume
+from meshlab_specsmooth.geometry.surface import edges, face_vectors, is_closed, signed_volume
 
 assert {{shape for shape, _, _ in pairs.PAIRS.values()}} == set(pairs.SHAPES)
 for name, make in pairs.SHAPES.items():

@@ -9,10 +9,10 @@ import pytest
 
 import meshlab_specsmooth as mss
 from conftest import run_console
-from meshlab_specsmooth.bridge import files, meshset
 from meshlab_specsmooth.cli import demo
-from meshlab_specsmooth.compare.metrics import add_noise
-from meshlab_specsmooth.compare.side_by_side import measure, side_by_side, table
+from meshlab_specsmooth.comparison.metrics import add_noise
+from meshlab_specsmooth.comparison.side_by_side import measure, side_by_side, table
+from meshlab_specsmooth.meshlab import files, meshset
 
 README = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
 

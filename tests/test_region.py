@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from meshlab_specsmooth.operators.laplacians.laplacians.boundary import BLENDING_RINGS
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth.compare.metrics import add_noise
-from meshlab_specsmooth.region import BLENDING_RINGS
-from meshlab_specsmooth.response import response
-from meshlab_specsmooth.surface import boundary_vertices, edges, face_vectors
+from meshlab_specsmooth.comparison.metrics import add_noise
+from meshlab_specsmooth.geometry.surface import boundary_vertices, edges, face_vectors
+from meshlab_specsmooth.spectral.response import response
 from tests.meshes import rough, sheet, torus, torus_eigenvalue, torus_graph, wave
 
 

@@ -14,8 +14,7 @@ import pymeshlab
 import pytest
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth import descriptors
-from meshlab_specsmooth.bridge import filters
+from meshlab_specsmooth.meshlab import descriptors, filters
 from tests.meshes import rough, torus
 
 MESH = rough(torus(20, 12))

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth.response import RESPONSES, TRANSITION, TRANSITION_ERROR, band, ideal, response
+from meshlab_specsmooth.spectral.response import RESPONSES, TRANSITION, TRANSITION_ERROR, band, ideal, response
 
 SPECTRUM = np.linspace(0, 2, 2001)
 EVERY_RESPONSE = pytest.mark.parametrize("name", RESPONSES)

@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth import bars
-from meshlab_specsmooth.batch.work import Outcome
-from meshlab_specsmooth.bridge import files, filters, meshset
+from meshlab_specsmooth.batching.work import Outcome
 from meshlab_specsmooth.cli import main
 from meshlab_specsmooth.describe import Report, Sentence, describe_html, format_edges
+from meshlab_specsmooth.meshlab import files, filters, meshset
 from meshlab_specsmooth.report import thumbnails
-from meshlab_specsmooth.spectral.progress import announce, part, rising
+from meshlab_specsmooth.runtime import bars
+from meshlab_specsmooth.runtime.progress import announce, part, rising
 from tests.meshes import box, noisy, together, torus
 
 ROUGH = noisy(torus(20, 12), 0.2)

@@ -16,7 +16,7 @@ if extra == "without":
     sys.modules["numba"] = sys.modules["threadpoolctl"] = None
 os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[:processors])
 import meshlab_specsmooth as mss
-from meshlab_specsmooth.graph import blocks
+from meshlab_specsmooth.runtime import blocks
 from tests.meshes import rough, torus
 
 blocks._WORTH_A_THREAD = 1  # so that threads share the work on a mesh of this size, as they do on large ones

@@ -5,8 +5,7 @@ import pymeshlab
 import pytest
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth import descriptors, xmltree
-from meshlab_specsmooth.bridge import filters, meshset, scripts
+from meshlab_specsmooth.meshlab import descriptors, filters, meshset, scripts, xmltree
 from tests.meshes import rough, torus
 
 MESH = rough(torus(20, 12))

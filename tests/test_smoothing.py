@@ -5,11 +5,12 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 from hypothesis import given, settings
+from meshlab_specsmooth.operators.laplacians.laplacians import reconstruction
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth import memory, reconstruction
-from meshlab_specsmooth.response import RESPONSES, response
-from meshlab_specsmooth.surface import signed_volume
+from meshlab_specsmooth.geometry.surface import signed_volume
+from meshlab_specsmooth.runtime import memory
+from meshlab_specsmooth.spectral.response import RESPONSES, response
 from tests.meshes import (
     TETRAHEDRON,
     TRIANGLE,

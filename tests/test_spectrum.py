@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth.compare.metrics import add_noise
-from meshlab_specsmooth.surface import mean_edge_length
+from meshlab_specsmooth.comparison.metrics import add_noise
+from meshlab_specsmooth.geometry.surface import mean_edge_length
 from tests.meshes import rough, sheet, torus, torus_eigenvalue, torus_graph, wave
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from meshlab_specsmooth.bridge import files, meshset
+from meshlab_specsmooth.meshlab import files, meshset
 from tests.meshes import rough, torus
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="processes are copied on Linux alone")
@@ -19,8 +19,8 @@ MAIN = """
 import atexit, ctypes, os, select, signal, sys, time
 from pathlib import Path
 import pymeshlab
-from meshlab_specsmooth import memory
-from meshlab_specsmooth.bridge import files
+from meshlab_specsmooth.runtime import memory
+from meshlab_specsmooth.meshlab import files
 from meshlab_specsmooth.cli import main
 
 memory.available = lambda: 2**28

@@ -2,13 +2,7 @@ import numpy as np
 import pytest
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth.surface import (
-    boundary_vertices,
-    edges,
-    is_closed,
-    mean_edge_length,
-    signed_volume,
-)
+from meshlab_specsmooth.geometry.surface import boundary_vertices, edges, is_closed, mean_edge_length, signed_volume
 from tests.meshes import TETRAHEDRON, TRIANGLE, sheet, torus
 
 V, F = TRIANGLE

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth.bridge import files, meshset, scripts
 from meshlab_specsmooth.cli import main
 from meshlab_specsmooth.cli import tune as command
+from meshlab_specsmooth.meshlab import files, meshset, scripts
 from meshlab_specsmooth.report import window
 from meshlab_specsmooth.report.window import Setting
 from tests.meshes import rough, torus
@@ -95,7 +95,7 @@ def test_buttons_save_the_mesh_and_the_script_and_print_the_call(scan, tmp_path,
     written, _ = meshset.pull(files.read(out))
     assert written == pytest.approx(expected, abs=1e-5)
     ms = files.read(scan)
-    from meshlab_specsmooth.bridge.filters import FILTERS
+    from meshlab_specsmooth.meshlab.filters import FILTERS
 
     scripts.run(ms, scripts.read(script), FILTERS)
     assert ms.current_mesh().vertex_matrix() == pytest.approx(expected, abs=1e-5)

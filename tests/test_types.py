@@ -10,9 +10,9 @@ import pymeshlab
 import pytest
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth import choices, descriptors
-from meshlab_specsmooth.bridge import signatures
-from meshlab_specsmooth.bridge.filters import FILTERS
+from meshlab_specsmooth import choices
+from meshlab_specsmooth.meshlab import descriptors, signatures
+from meshlab_specsmooth.meshlab.filters import FILTERS
 
 ROOT = Path(__file__).parent.parent
 

@@ -16,11 +16,13 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
-from meshlab_specsmooth.bridge import copies, files, temporary
-from meshlab_specsmooth.bridge.parameters import PyMeshLabException
 from meshlab_specsmooth.cli import batch, compare, demo, denoise, filters, run, smooth, spectrum, tune
 from meshlab_specsmooth.cli.progress import notice
 from meshlab_specsmooth.errors import InvalidParameter, Slow, SpecsmoothError, suggest
+from meshlab_specsmooth.isolation import copies
+from meshlab_specsmooth.meshlab import files
+from meshlab_specsmooth.meshlab.parameters import PyMeshLabException
+from meshlab_specsmooth.runtime import temporary
 from meshlab_specsmooth.version import VERSION
 
 DONE, FAILED, USAGE = 0, 1, 2

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import argparse
 
-from meshlab_specsmooth import descriptors
-from meshlab_specsmooth.batch.many import FILTER, TIME_LIMIT, batch
-from meshlab_specsmooth.batch.work import Outcome
+from meshlab_specsmooth.batching.many import FILTER, TIME_LIMIT, batch
+from meshlab_specsmooth.batching.work import Outcome
 from meshlab_specsmooth.cli.options import add_force, add_options, given_parameters
 from meshlab_specsmooth.cli.progress import bar, printable, say
 from meshlab_specsmooth.errors import SpecsmoothError
+from meshlab_specsmooth.meshlab import descriptors
 
 _DESCRIPTOR = descriptors.load(FILTER)
 _DENOISING = descriptors.load("apply_coord_spectral_denoising")

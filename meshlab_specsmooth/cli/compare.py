@@ -6,15 +6,15 @@ import argparse
 import shlex
 from pathlib import Path
 
-from meshlab_specsmooth.bridge import files, meshset, precision
 from meshlab_specsmooth.cli.demo import noise_level, seed_number
 from meshlab_specsmooth.cli.meshes import say_rounding
 from meshlab_specsmooth.cli.options import add_overwrite
 from meshlab_specsmooth.cli.progress import bar, notice
-from meshlab_specsmooth.compare.comparison import table
-from meshlab_specsmooth.compare.competitors import COMPETITORS, DEFAULT, competitors
-from meshlab_specsmooth.compare.experiment import experiment
+from meshlab_specsmooth.comparison.comparison import table
+from meshlab_specsmooth.comparison.competitors import COMPETITORS, DEFAULT, competitors
+from meshlab_specsmooth.comparison.experiment import experiment
 from meshlab_specsmooth.errors import InvalidParameter, MissingExtra
+from meshlab_specsmooth.meshlab import files, meshset, precision
 from meshlab_specsmooth.report import page
 from meshlab_specsmooth.report.compared import surface_of, with_colors
 

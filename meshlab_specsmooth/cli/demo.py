@@ -9,15 +9,15 @@ from pathlib import Path
 
 import numpy as np
 
-from meshlab_specsmooth.bridge import files, meshset
 from meshlab_specsmooth.cli.progress import bar
-from meshlab_specsmooth.compare.competitors import Competitor
-from meshlab_specsmooth.compare.metrics import add_noise
-from meshlab_specsmooth.compare.side_by_side import Row, measure, side_by_side, table
+from meshlab_specsmooth.comparison.competitors import Competitor
+from meshlab_specsmooth.comparison.metrics import add_noise
+from meshlab_specsmooth.comparison.side_by_side import Row, measure, side_by_side, table
 from meshlab_specsmooth.errors import FileError
+from meshlab_specsmooth.geometry.surface import Surface
+from meshlab_specsmooth.meshlab import files, meshset
 from meshlab_specsmooth.report.pictures import Panel, View, close_up, front, picture
-from meshlab_specsmooth.smoothing import smooth
-from meshlab_specsmooth.surface import Surface
+from meshlab_specsmooth.smoothing.api.api.api import smooth
 
 SUMMARY = "show the filters side by side on the Stanford bunny"
 DESCRIPTION = """Adds seeded noise to the bunny that comes with pymeshlab, smooths it with MeshLab's Laplacian and

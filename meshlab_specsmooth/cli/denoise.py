@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import argparse
 
-from meshlab_specsmooth import descriptors
-from meshlab_specsmooth.bridge import files, filters, meshset
-from meshlab_specsmooth.bridge.measures import crossing_faces
-from meshlab_specsmooth.bridge.parameters import check_given
+from meshlab_specsmooth.arrays import Floats, Integers
 from meshlab_specsmooth.cli.meshes import read_to_write, write
 from meshlab_specsmooth.cli.options import add_files, add_options, given_parameters
 from meshlab_specsmooth.cli.progress import FILTERING, bar, notice
 from meshlab_specsmooth.describe import format_length
-from meshlab_specsmooth.spectral.progress import announce, part
-from meshlab_specsmooth.surface import Floats, Integers, Surface
+from meshlab_specsmooth.geometry.surface import Surface
+from meshlab_specsmooth.meshlab import descriptors, files, filters, meshset
+from meshlab_specsmooth.meshlab.measures import crossing_faces
+from meshlab_specsmooth.meshlab.parameters import check_given
+from meshlab_specsmooth.runtime.progress import announce, part
 
 _DESCRIPTOR = descriptors.load("apply_coord_spectral_denoising")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import textwrap
 
-from meshlab_specsmooth import descriptors
+from meshlab_specsmooth.meshlab import descriptors
 
 SUMMARY = "list the filters, or describe one"
 DESCRIPTION = "Lists the filters that scripts can call on a MeshSet, or describes one with all its parameters."

@@ -6,9 +6,9 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from meshlab_specsmooth.bridge import files, losses, meshset, precision
 from meshlab_specsmooth.cli.progress import notice
 from meshlab_specsmooth.errors import InvalidParameter
+from meshlab_specsmooth.meshlab import files, losses, meshset, precision
 
 
 def read_to_write(arguments: argparse.Namespace, moves: bool = False) -> Any:

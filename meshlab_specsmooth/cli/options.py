@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Collection
 from typing import Any
 
-from meshlab_specsmooth.descriptors import Descriptor, Length, Parameter
+from meshlab_specsmooth.meshlab.descriptors import Descriptor, Length, Parameter
 
 
 def add_files(parser: argparse.ArgumentParser) -> None:

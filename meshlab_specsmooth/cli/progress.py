@@ -6,9 +6,9 @@ import contextlib
 import sys
 from collections.abc import Iterator
 
-from meshlab_specsmooth import bars
 from meshlab_specsmooth.errors import MissingExtra
-from meshlab_specsmooth.spectral.progress import Progress
+from meshlab_specsmooth.runtime import bars
+from meshlab_specsmooth.runtime.progress import Progress
 
 # Share of a bar that is left for the writing of a file, which does not say how far it is
 FILTERING = 0.95

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import argparse
 
-from meshlab_specsmooth import descriptors
-from meshlab_specsmooth.bridge import files, scripts
-from meshlab_specsmooth.bridge.filters import FILTERS
 from meshlab_specsmooth.cli.meshes import read_to_write, write
 from meshlab_specsmooth.cli.options import add_files
+from meshlab_specsmooth.meshlab import descriptors, files, scripts
+from meshlab_specsmooth.meshlab.filters import FILTERS
 
 _OURS = frozenset(descriptors.load(name).name for name in FILTERS)
 

@@ -10,18 +10,17 @@ import math
 import sys
 from pathlib import Path
 
-from meshlab_specsmooth import descriptors
-from meshlab_specsmooth.bridge import files, filters, meshset
-from meshlab_specsmooth.bridge.parameters import PyMeshLabException, resolve
 from meshlab_specsmooth.cli.meshes import say_rounding
 from meshlab_specsmooth.cli.options import add_input, add_options, given_parameters
 from meshlab_specsmooth.cli.progress import bar
 from meshlab_specsmooth.describe import count_of, format_edges
 from meshlab_specsmooth.errors import FileError, InvalidParameter, MissingExtra
+from meshlab_specsmooth.meshlab import descriptors, files, filters, meshset
+from meshlab_specsmooth.meshlab.parameters import PyMeshLabException, resolve
+from meshlab_specsmooth.power_spectrum import Spectrum, spectrum
 from meshlab_specsmooth.report.spectrum_plot import spectrum_plot
-from meshlab_specsmooth.response import name_of, response
-from meshlab_specsmooth.spectral.progress import part
-from meshlab_specsmooth.spectrum import Spectrum, spectrum
+from meshlab_specsmooth.runtime.progress import part
+from meshlab_specsmooth.spectral.response import name_of, response
 
 _SPECTRUM = descriptors.load("get_spectrum")
 _SMOOTHING = descriptors.load("apply_coord_spectral_smoothing")

@@ -6,14 +6,13 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from meshlab_specsmooth import descriptors
-from meshlab_specsmooth.bridge import files, filters, meshset, precision, scripts
-from meshlab_specsmooth.bridge.parameters import resolve
 from meshlab_specsmooth.cli.options import add_force, add_input, add_options
 from meshlab_specsmooth.cli.progress import notice
+from meshlab_specsmooth.meshlab import descriptors, files, filters, meshset, precision, scripts
+from meshlab_specsmooth.meshlab.parameters import resolve
 from meshlab_specsmooth.report.window import WEIGHTS, Setting, tune
-from meshlab_specsmooth.response import name_of
-from meshlab_specsmooth.smoothing import DEFAULT_WAVELENGTH_IN_EDGES, SmoothingResult, prepare
+from meshlab_specsmooth.smoothing.api.api.api import DEFAULT_WAVELENGTH_IN_EDGES, SmoothingResult, prepare
+from meshlab_specsmooth.spectral.response import name_of
 
 _DESCRIPTOR = descriptors.load("apply_coord_spectral_smoothing")
 

@@ -19,7 +19,6 @@ from dataclasses import replace
 import numpy.typing as npt
 
 from meshlab_specsmooth.adapters import Mesh, accept_meshes, recognize
-from meshlab_specsmooth.bars import begin
 from meshlab_specsmooth.choices import Boundary, Favor, Start
 from meshlab_specsmooth.edge_aware.denoising import FAVORS, denoised
 from meshlab_specsmooth.edge_aware.regions import region_of
@@ -35,7 +34,8 @@ from meshlab_specsmooth.parameters import (
     check_flag,
     check_number,
 )
-from meshlab_specsmooth.spectral.progress import Progress, finish
+from meshlab_specsmooth.runtime.bars import begin
+from meshlab_specsmooth.runtime.progress import Progress, finish
 
 STARTS = ("auto", "given", "smoothed")
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from meshlab_specsmooth.arrays import Integers
 from meshlab_specsmooth.edge_aware.filtering import low_pass
 from meshlab_specsmooth.edge_aware.mesh import Mesh, smooth_isotropically
 from meshlab_specsmooth.edge_aware.search import guide_weight
 from meshlab_specsmooth.graph.creases import find_creases
-from meshlab_specsmooth.noise import NONE, Noise
-from meshlab_specsmooth.surface import Integers
+from meshlab_specsmooth.noise.estimate.estimate.estimate import NONE, Noise
 
 # A setting for hard edges under much noise: on a cube with noise of up to 0.3 edges it finds all edges, and no others.
 # The vertices do not follow, as faces that noise has turned over would stay so.

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from meshlab_specsmooth.automatic import drifting
+from meshlab_specsmooth.arrays import Booleans, Floats, Integers
 from meshlab_specsmooth.edge_aware.creasing import creases_by_angle
 from meshlab_specsmooth.edge_aware.filtering import filtered
 from meshlab_specsmooth.edge_aware.guards import with_volume, without_flips
@@ -26,17 +26,24 @@ from meshlab_specsmooth.edge_aware.pieces import cut_sample, sample_of
 from meshlab_specsmooth.edge_aware.regions import Region
 from meshlab_specsmooth.edge_aware.result import DRAWN_IN, Considered, EdgeAwareResult, Setting
 from meshlab_specsmooth.edge_aware.search import Fixed, Row, drawn_in, estimate_on, guide_weight, ranked, searched
-from meshlab_specsmooth.graph import blocks
-from meshlab_specsmooth.guard import Change, compare_shapes
-from meshlab_specsmooth.memory import require
-from meshlab_specsmooth.noise import IMPULSE, MOST_WEIGHT, UNCLEAR, Noise, measure, nothing
-from meshlab_specsmooth.outliers import describe_outliers, replace_outliers
-from meshlab_specsmooth.parts import Part, describe_left_alone, describe_levels, label_components, split
-from meshlab_specsmooth.smoothing import describe_unused, find_corners, with_sides
-from meshlab_specsmooth.spectral.progress import Progress, announce, part
-from meshlab_specsmooth.surface import Booleans, Floats, Integers, Surface
-from meshlab_specsmooth.triangles import describe_lost, find_lost_vertices
-from meshlab_specsmooth.welding import find_copies
+from meshlab_specsmooth.geometry.surface import Surface
+from meshlab_specsmooth.geometry.triangles import describe_lost, find_lost_vertices
+from meshlab_specsmooth.geometry.welding import find_copies
+from meshlab_specsmooth.noise.estimate.estimate.estimate import IMPULSE, MOST_WEIGHT, UNCLEAR, Noise, measure, nothing
+from meshlab_specsmooth.noise.estimate.estimate.outliers import describe_outliers, replace_outliers
+from meshlab_specsmooth.noise.estimate.estimate.parts import (
+    Part,
+    describe_left_alone,
+    describe_levels,
+    label_components,
+    split,
+)
+from meshlab_specsmooth.noise.estimate.estimate.shape_change import Change, compare_shapes
+from meshlab_specsmooth.risk.choose_weight import drifting
+from meshlab_specsmooth.runtime import blocks
+from meshlab_specsmooth.runtime.memory import require
+from meshlab_specsmooth.runtime.progress import Progress, announce, part
+from meshlab_specsmooth.smoothing.api.api.api import describe_unused, find_corners, with_sides
 
 # Where a call stands when the operators are made, and when the setting is chosen
 _BUILT, _CHOSEN = 0.1, 0.6

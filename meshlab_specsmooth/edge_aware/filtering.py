@@ -6,11 +6,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.edge_aware.mesh import Mesh
 from meshlab_specsmooth.edge_aware.result import Setting
 from meshlab_specsmooth.graph.faces import FaceKernels
-from meshlab_specsmooth.spectral.progress import Progress
-from meshlab_specsmooth.surface import Floats
+from meshlab_specsmooth.runtime.progress import Progress
 
 # Width of the weights in space, in mean distances of neighbouring centroids: the ring of faces around one counts.
 _SPATIAL_WIDTH = 1.5

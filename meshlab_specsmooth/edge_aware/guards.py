@@ -6,9 +6,9 @@ import numpy as np
 import numpy.typing as npt
 from scipy.sparse import csr_array
 
+from meshlab_specsmooth.arrays import Booleans, Floats
 from meshlab_specsmooth.edge_aware.mesh import Mesh, volume_of
-from meshlab_specsmooth.noise import normals
-from meshlab_specsmooth.surface import Booleans, Floats
+from meshlab_specsmooth.noise.estimate.estimate.estimate import normals
 
 MOST_REPAIRS = 10  # of turned faces
 

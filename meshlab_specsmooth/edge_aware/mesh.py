@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from meshlab_specsmooth.arrays import Booleans, Floats, Integers
+from meshlab_specsmooth.geometry.surface import Surface
 from meshlab_specsmooth.graph.creases import Cut, cut_along, cut_graph
 from meshlab_specsmooth.graph.faces import FaceGraph, FaceKernels, face_graph, face_kernels
-from meshlab_specsmooth.noise import normals
-from meshlab_specsmooth.smoothing import Prepared, SmoothingResult, assemble
-from meshlab_specsmooth.surface import Booleans, Floats, Integers, Surface
+from meshlab_specsmooth.noise.estimate.estimate.estimate import normals
+from meshlab_specsmooth.smoothing.api.api.api import Prepared, SmoothingResult, assemble
 
 _DIGITS = 30  # binary ones of the unit of length
 

@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from meshlab_specsmooth.arrays import Booleans, Floats, Integers
 from meshlab_specsmooth.errors import InvalidParameter
+from meshlab_specsmooth.geometry.surface import Surface
 from meshlab_specsmooth.graph.creases import keys_of, sides_of
+from meshlab_specsmooth.operators.laplacians.laplacians.boundary import ALL_KEPT, BOUNDARIES, NOTHING_SELECTED, fade
+from meshlab_specsmooth.operators.laplacians.laplacians.patches import MIN_COUNTED
 from meshlab_specsmooth.parameters import GAINS, check_choice, check_number, check_weights
-from meshlab_specsmooth.patches import MIN_COUNTED
-from meshlab_specsmooth.region import ALL_KEPT, BOUNDARIES, NOTHING_SELECTED, fade
-from meshlab_specsmooth.surface import Booleans, Floats, Integers, Surface
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,10 +9,11 @@ import numpy as np
 import numpy.typing as npt
 
 from meshlab_specsmooth.adapters import Source, WithMesh
+from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.describe import Described, Pictured, Rows, count_of, format_length
-from meshlab_specsmooth.noise import Noise
+from meshlab_specsmooth.geometry.surface import Surface
+from meshlab_specsmooth.noise.estimate.estimate.estimate import Noise
 from meshlab_specsmooth.sentences import describe_strays, describe_unmoved, moved_rows
-from meshlab_specsmooth.surface import Floats, Surface
 
 DRAWN_IN = "drawn in"
 

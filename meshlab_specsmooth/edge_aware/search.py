@@ -12,12 +12,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.edge_aware.filtering import passes_of
 from meshlab_specsmooth.edge_aware.mesh import Mesh, smooth_automatically, smooth_isotropically
 from meshlab_specsmooth.edge_aware.result import DRAWN_IN, Setting
-from meshlab_specsmooth.noise import STRENGTH, Measured, Sheet, realisation
-from meshlab_specsmooth.spectral.progress import Progress
-from meshlab_specsmooth.surface import Floats
+from meshlab_specsmooth.noise.estimate.estimate.estimate import STRENGTH, Measured, Sheet, realisation
+from meshlab_specsmooth.runtime.progress import Progress
 
 # A probe of half the noise's size, where every vertex has some already: the filter's response is then averaged over
 # what the noise may be; an infinitesimal one sees one realisation only. Where few vertices have noise it must be of the

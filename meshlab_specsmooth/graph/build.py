@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.sparse import coo_array, csr_array, diags_array
 
-from meshlab_specsmooth.graph import backend
-from meshlab_specsmooth.surface import Floats, Integers
+from meshlab_specsmooth.arrays import Floats, Integers
+from meshlab_specsmooth.runtime import backend
 
 Neighbours = tuple[Integers, Integers, npt.NDArray[np.int64], Integers, Integers]
 

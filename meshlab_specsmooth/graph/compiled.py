@@ -10,9 +10,9 @@ import functools
 import numba
 import numpy as np
 
-from meshlab_specsmooth.graph import backend, blocks
+from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.graph.build import Graph
-from meshlab_specsmooth.surface import Floats
+from meshlab_specsmooth.runtime import backend, blocks
 
 # sums may be taken in any order, and a product and a sum in one rounding; nothing is assumed of NaN and infinity
 _compiled = functools.partial(numba.njit, nogil=True, cache=backend.IS_KEPT, fastmath={"reassoc", "contract"})

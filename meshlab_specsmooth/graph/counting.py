@@ -13,9 +13,9 @@ import functools
 import numba
 import numpy as np
 
-from meshlab_specsmooth.graph import backend, blocks
+from meshlab_specsmooth.arrays import Integers
 from meshlab_specsmooth.graph.build import Neighbours
-from meshlab_specsmooth.surface import Integers
+from meshlab_specsmooth.runtime import backend, blocks
 
 _compiled = functools.partial(numba.njit, nogil=True, cache=backend.IS_KEPT)
 

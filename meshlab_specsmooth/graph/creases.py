@@ -9,8 +9,8 @@ import numpy.typing as npt
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from meshlab_specsmooth.arrays import Booleans, Floats, Integers
 from meshlab_specsmooth.graph.faces import FaceGraph, face_graph
-from meshlab_specsmooth.surface import Booleans, Floats, Integers
 
 
 @dataclass(frozen=True, eq=False)

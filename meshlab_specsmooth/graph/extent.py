@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from meshlab_specsmooth.graph import backend, blocks
-from meshlab_specsmooth.surface import Floats, Integers
+from meshlab_specsmooth.arrays import Floats, Integers
+from meshlab_specsmooth.runtime import backend, blocks
 
 
 def sum_faces(X: Floats, F: Integers) -> Floats:

@@ -7,7 +7,7 @@ import functools
 import numba
 import numpy as np
 
-from meshlab_specsmooth.graph import backend
+from meshlab_specsmooth.runtime import backend
 
 _compiled = functools.partial(numba.njit, nogil=True, cache=backend.IS_KEPT, fastmath={"reassoc", "contract"})
 

@@ -12,8 +12,8 @@ from typing import Protocol
 import numpy as np
 from scipy.sparse import csr_array
 
-from meshlab_specsmooth.graph import backend
-from meshlab_specsmooth.surface import Floats, Integers
+from meshlab_specsmooth.arrays import Floats, Integers
+from meshlab_specsmooth.runtime import backend
 
 # A vertex of so many faces is the hub of a fan; its faces are neighbours through the rim's vertices only, as all pairs
 # of them would take the square of their number.

@@ -7,9 +7,9 @@ import functools
 import numba
 import numpy as np
 
-from meshlab_specsmooth.graph import backend, blocks
+from meshlab_specsmooth.arrays import Floats, Integers
 from meshlab_specsmooth.graph.faces import MOST_FACES_OF_A_VERTEX, FaceGraph
-from meshlab_specsmooth.surface import Floats, Integers
+from meshlab_specsmooth.runtime import backend, blocks
 
 _compiled = functools.partial(numba.njit, nogil=True, cache=backend.IS_KEPT)
 _inlined = functools.partial(numba.njit, inline="always")

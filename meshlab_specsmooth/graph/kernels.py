@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from meshlab_specsmooth.graph import backend
+from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.graph.build import Graph
 from meshlab_specsmooth.graph.reference import ReferenceKernels
-from meshlab_specsmooth.surface import Floats
+from meshlab_specsmooth.runtime import backend
 
 COLUMNS = 3  # x, y and z: the kernels work on three columns at once, no more and no fewer
 

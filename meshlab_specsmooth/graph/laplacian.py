@@ -7,10 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from meshlab_specsmooth.graph import blocks, kernels
+from meshlab_specsmooth.arrays import Floats
+from meshlab_specsmooth.graph import kernels
 from meshlab_specsmooth.graph.build import Graph
 from meshlab_specsmooth.graph.kernels import COLUMNS, Kernels
-from meshlab_specsmooth.surface import Floats
+from meshlab_specsmooth.runtime import blocks
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse import csr_array
 
-from meshlab_specsmooth.graph import blocks
+from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.graph.build import Graph
-from meshlab_specsmooth.surface import Floats
+from meshlab_specsmooth.runtime import blocks
 
 
 class ReferenceKernels:

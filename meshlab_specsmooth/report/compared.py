@@ -9,15 +9,16 @@ from dataclasses import replace
 import numpy.typing as npt
 
 from meshlab_specsmooth.adapters import Mesh, accept_meshes, recognize
-from meshlab_specsmooth.bars import begin
-from meshlab_specsmooth.compare.comparison import Comparison
-from meshlab_specsmooth.compare.competitors import Competitor
-from meshlab_specsmooth.compare.experiment import experiment
+from meshlab_specsmooth.arrays import Floats
+from meshlab_specsmooth.comparison.comparison import Comparison
+from meshlab_specsmooth.comparison.competitors import Competitor
+from meshlab_specsmooth.comparison.experiment import experiment
 from meshlab_specsmooth.errors import InvalidParameter
+from meshlab_specsmooth.geometry.surface import Surface
 from meshlab_specsmooth.parameters import LARGEST_SEED, check_count, check_path, show
 from meshlab_specsmooth.report import page
-from meshlab_specsmooth.spectral.progress import Progress, part
-from meshlab_specsmooth.surface import Floats, Surface
+from meshlab_specsmooth.runtime.bars import begin
+from meshlab_specsmooth.runtime.progress import Progress, part
 
 # The share of the time that the page takes
 _PAGE = 0.15

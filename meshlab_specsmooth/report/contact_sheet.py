@@ -14,10 +14,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from meshlab_specsmooth import processes
-from meshlab_specsmooth.bridge import files, meshset
+from meshlab_specsmooth.geometry.surface import Surface
+from meshlab_specsmooth.isolation import processes
+from meshlab_specsmooth.meshlab import files, meshset
 from meshlab_specsmooth.report import pictures
-from meshlab_specsmooth.surface import Surface
 
 # a sheet: so many pairs beside and below each other, a picture so many pixels wide and high
 _COLUMNS, _ROWS, _SIZE = 3, 8, 180

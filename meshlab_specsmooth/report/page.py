@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from meshlab_specsmooth.bridge import files, projects, temporary
-from meshlab_specsmooth.compare.comparison import (
+from meshlab_specsmooth.arrays import Floats, Integers
+from meshlab_specsmooth.comparison.comparison import (
     MEASURES,
     Comparison,
     Measure,
@@ -29,10 +29,12 @@ from meshlab_specsmooth.compare.comparison import (
     table,
 )
 from meshlab_specsmooth.errors import FileError, InvalidParameter, MissingExtra
-from meshlab_specsmooth.noise import NONE, UNCLEAR
+from meshlab_specsmooth.geometry.surface import Surface
+from meshlab_specsmooth.meshlab import files, projects
+from meshlab_specsmooth.noise.estimate.estimate.estimate import NONE, UNCLEAR
 from meshlab_specsmooth.report import plots
 from meshlab_specsmooth.report.pictures import HEIGHT_BY_WIDTH, Panel, View, close_up, front, render
-from meshlab_specsmooth.surface import Floats, Integers, Surface
+from meshlab_specsmooth.runtime import temporary
 
 # More vertices than this are not drawn, but some that stand for them
 _DRAWN = 60_000

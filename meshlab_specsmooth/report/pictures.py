@@ -11,9 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from meshlab_specsmooth.bridge import files
+from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.errors import MissingExtra
-from meshlab_specsmooth.surface import Floats, Surface
+from meshlab_specsmooth.geometry.surface import Surface
+from meshlab_specsmooth.meshlab import files
 
 _COLOUR = "#d8c9a8"
 _WIDTH, _TITLE, _MARGIN = 360, 46, 6  # pixels of a panel

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from meshlab_specsmooth.compare.comparison import MEASURES, Comparison, Point, Row, format_estimate, shown
+from meshlab_specsmooth.arrays import Floats
+from meshlab_specsmooth.comparison.comparison import MEASURES, Comparison, Point, Row, format_estimate, shown
 from meshlab_specsmooth.errors import MissingExtra
-from meshlab_specsmooth.surface import Floats
 
 # ours stand out; MeshLab's are told from each other
 _OURS = ("#1457b8", "#12a0c4", "#7a4fd0", "#4c8a2a", "#0d2f6b")

@@ -6,11 +6,11 @@ import os
 
 import numpy as np
 
-from meshlab_specsmooth.bridge import files
 from meshlab_specsmooth.errors import MissingExtra
-from meshlab_specsmooth.reconstruction import transferred
-from meshlab_specsmooth.response import Response
-from meshlab_specsmooth.spectrum import Spectrum
+from meshlab_specsmooth.meshlab import files
+from meshlab_specsmooth.operators.laplacians.laplacians.reconstruction import transferred
+from meshlab_specsmooth.power_spectrum import Spectrum
+from meshlab_specsmooth.spectral.response import Response
 
 _SIZE = (10.0, 7.5)  # inches
 

@@ -10,12 +10,12 @@ from typing import Any, cast
 
 import numpy as np
 
-from meshlab_specsmooth.bridge import files
+from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.choices import Response
 from meshlab_specsmooth.errors import MissingExtra, NoDisplay
-from meshlab_specsmooth.response import RESPONSES
-from meshlab_specsmooth.smoothing import Prepared, SmoothingResult
-from meshlab_specsmooth.surface import Floats
+from meshlab_specsmooth.meshlab import files
+from meshlab_specsmooth.smoothing.api.api.api import Prepared, SmoothingResult
+from meshlab_specsmooth.spectral.response import RESPONSES
 
 # Ranges of the sliders: waves in mean edges, and weights, both logarithmic; gains
 WAVES, WEIGHTS, GAINS = (2.5, 200.0), (0.02, 10.0), (0.0, 3.0)

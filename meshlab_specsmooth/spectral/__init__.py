@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Protocol
 
+from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.graph.laplacian import Laplacian
-from meshlab_specsmooth.spectral.progress import Progress
-from meshlab_specsmooth.surface import Floats
+from meshlab_specsmooth.runtime.progress import Progress
 
 
 class SpectralFilter(Protocol):

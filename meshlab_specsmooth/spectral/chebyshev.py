@@ -12,13 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.fft import dct
 
+from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.errors import InvalidParameter
-from meshlab_specsmooth.graph import blocks
 from meshlab_specsmooth.graph.kernels import COLUMNS
 from meshlab_specsmooth.graph.laplacian import Laplacian, in_threes
-from meshlab_specsmooth.response import Response
-from meshlab_specsmooth.spectral.progress import Progress
-from meshlab_specsmooth.surface import Floats
+from meshlab_specsmooth.runtime import blocks
+from meshlab_specsmooth.runtime.progress import Progress
+from meshlab_specsmooth.spectral.response import Response
 
 # The degree grows as 1 / sqrt(cut-off); beyond this one the wave is longer than any mesh that fits in memory is wide.
 HIGHEST_DEGREE = 2**15

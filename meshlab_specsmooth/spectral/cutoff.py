@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from meshlab_specsmooth.surface import Floats
+from meshlab_specsmooth.arrays import Floats
 
 # On a regular triangle mesh with mean edge h the wave of length w has eigenvalue (pi h / w)^2, and n of them fill the
 # spectrum so that the k-th has eigenvalue 2 pi / sqrt(3) k / n (Weyl's law).

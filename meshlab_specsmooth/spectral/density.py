@@ -16,10 +16,10 @@ import numpy as np
 import scipy.linalg
 from scipy.sparse.csgraph import connected_components
 
+from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.graph.kernels import COLUMNS
 from meshlab_specsmooth.graph.laplacian import Laplacian
 from meshlab_specsmooth.spectral.cutoff import Cutoff, lattice_share
-from meshlab_specsmooth.surface import Floats
 
 SEED = 2010  # any number: fixed, so that two runs agree to the bit
 

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 from meshlab_specsmooth.graph.laplacian import Laplacian
 from meshlab_specsmooth.parameters import check_choice
-from meshlab_specsmooth.response import RESPONSES, Response, band, response
+from meshlab_specsmooth.runtime.progress import Progress
 from meshlab_specsmooth.spectral import SpectralFilter, density, eigenbasis, inertia
 from meshlab_specsmooth.spectral.chebyshev import PassedOn, approximate
 from meshlab_specsmooth.spectral.cutoff import Cutoff, from_wavelength
 from meshlab_specsmooth.spectral.density import Density
-from meshlab_specsmooth.spectral.progress import Progress
+from meshlab_specsmooth.spectral.response import RESPONSES, Response, band, response
 
 METHODS = ("auto", "exact", "chebyshev")
 COUNTINGS = ("estimated", "exact")
@@ -59,7 +59,7 @@ def design(
     by : {"modes", "wavelength"}
         Which of the two ``size`` is.
     name : str
-        Of the response, see :data:`meshlab_specsmooth.response.RESPONSES`.
+        Of the response, see :data:`meshlab_specsmooth.spectral.response.RESPONSES`.
     method : {"auto", "exact", "chebyshev"}
         ``auto`` is exact up to :data:`eigenbasis.DENSE_VERTICES` vertices.
     tolerance, passed_on

@@ -10,14 +10,14 @@ import scipy.linalg
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
+from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.errors import NotConverged, TooLarge
-from meshlab_specsmooth.graph import blocks
 from meshlab_specsmooth.graph.laplacian import Laplacian
-from meshlab_specsmooth.response import Response
+from meshlab_specsmooth.runtime import blocks
+from meshlab_specsmooth.runtime.progress import Progress, part
 from meshlab_specsmooth.spectral.cutoff import WEYL, Cutoff
 from meshlab_specsmooth.spectral.inertia import SAME_EIGENVALUE, Factored, factor_bytes, factored
-from meshlab_specsmooth.spectral.progress import Progress, part
-from meshlab_specsmooth.surface import Floats
+from meshlab_specsmooth.spectral.response import Response
 
 # Bytes that the eigenvectors, the solver's basis and its factorisation may take together
 MEMORY_LIMIT = 2 * 2**30

@@ -13,7 +13,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import SuperLU, splu
 
 from meshlab_specsmooth.errors import NotConverged, TooLarge
-from meshlab_specsmooth.graph import blocks
+from meshlab_specsmooth.runtime import blocks
 from meshlab_specsmooth.spectral.cutoff import Cutoff
 
 # Eigenvalues this close, on a spectrum that is 2 wide, are equal but for rounding

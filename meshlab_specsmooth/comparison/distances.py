@@ -1,0 +1,123 @@
+"""Exact distances from points to a triangle surface."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.spatial import cKDTree
+
+from meshlab_specsmooth.arrays import Floats
+from meshlab_specsmooth.geometry.surface import Surface
+
+# neighbours asked for first, and how many point-triangle pairs are looked at in one go: some 200 bytes each
+_FIRST_NEIGHBOURS = 16
+_PAIRS_AT_ONCE = 2**19
+
+
+def distances(points: Floats, surface: Surface) -> Floats:
+    """The distance of each point to the nearest point of a surface, exact to rounding.
+
+    No triangle reaches further from its centroid than to its furthest corner, so one whose centroid lies further off
+    than the best distance so far plus that radius is out. The triangles are taken in classes of radii that differ by no
+    more than a factor of two, the nearest centroids first, until what is left of a class is out: the bound is proved
+    for each point, whatever the shapes of the triangles.
+
+    Parameters
+    ----------
+    points : (k, 3) float64
+        In the surface's units.
+    surface : Surface
+        Degenerate faces count as the segments or points that they are.
+
+    Returns
+    -------
+    (k,) float64
+        In the surface's units.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import meshlab_specsmooth as mss
+    >>> from meshlab_specsmooth.comparison.distances import distances
+    >>> triangle = mss.Surface([[0, 0, 0], [4, 0, 0], [0, 4, 0]], [[0, 1, 2]])
+    >>> distances(np.array([[1.0, 1, 3], [-3, -4, 0], [9, 0, 0]]), triangle).tolist()
+    [3.0, 5.0, 5.0]
+    """
+    points = np.ascontiguousarray(points, dtype=np.float64)
+    corners = surface.vertices[surface.faces]
+    centroids = corners.mean(axis=1)
+    radii = np.linalg.norm(corners - centroids[:, None], axis=2).max(axis=1)
+    best = np.full(len(points), np.inf)
+    _, size, count = np.unique(np.frexp(radii)[1], return_inverse=True, return_counts=True)
+    # the most first: they leave least to be looked for among the others
+    for number in np.argsort(-count, kind="stable"):
+        members = np.flatnonzero(size.reshape(-1) == number)
+        _improve(best, points, _Class(corners[members], centroids[members], radii[members]))
+    return np.asarray(np.sqrt(best))
+
+
+@dataclass(frozen=True, eq=False)
+class _Class:
+    """Triangles of about one size: corners (m, 3, 3), centroids (m, 3), distances of the furthest corners from them."""
+
+    corners: Floats
+    centroids: Floats
+    radii: Floats
+
+
+def _improve(best: Floats, points: Floats, triangles: _Class) -> None:
+    """Lower the squared distances ``best`` to those of a class of triangles."""
+    tree, count, radius = cKDTree(triangles.centroids), len(triangles.centroids), triangles.radii.max()
+    left, seen, wanted = np.arange(len(points)), 0, min(_FIRST_NEIGHBOURS, count)
+    if np.isfinite(best).all():
+        left = left[tree.query(points)[0] - radius < np.sqrt(best)]
+    while len(left):
+        undecided = []
+        step = max(1, _PAIRS_AT_ONCE // wanted)
+        for start in range(0, len(left), step):
+            rows = left[start : start + step]
+            off, found = tree.query(points[rows], k=np.arange(seen + 1, wanted + 1))
+            best[rows] = np.minimum(best[rows], squared_distances(points[rows], triangles.corners[found[:, 0]]))
+            row, column = np.nonzero(off[:, 1:] - triangles.radii[found[:, 1:]] < np.sqrt(best[rows])[:, None])
+            pairs = squared_distances(points[rows[row]], triangles.corners[found[row, column + 1]])
+            np.minimum.at(best, rows[row], pairs)
+            undecided.append(rows[off[:, -1] - radius < np.sqrt(best[rows])])
+        if wanted == count:
+            return
+        left, seen, wanted = np.concatenate(undecided), wanted, min(2 * wanted, count)
+
+
+def squared_distances(points: Floats, corners: Floats) -> Floats:
+    """Squared distances of points to triangles, pair by pair.
+
+    The nearest point is the foot of the perpendicular where that lies inside, and on one of the three sides elsewhere.
+
+    Parameters
+    ----------
+    points : (..., 3) float64
+    corners : (..., 3, 3) float64
+        The corners of each point's triangle; degenerate ones have sides, and no inside.
+
+    Returns
+    -------
+    (...,) float64
+    """
+    a, b, c = corners[..., 0, :], corners[..., 1, :], corners[..., 2, :]
+    nearest = np.minimum(_to_segment(points, a, b), np.minimum(_to_segment(points, b, c), _to_segment(points, c, a)))
+    normal = np.cross(b - a, c - a)
+    squared = (normal * normal).sum(axis=-1)
+    inside = squared > 0
+    for start, end in ((a, b), (b, c), (c, a)):
+        inside &= (np.cross(end - start, points - start) * normal).sum(axis=-1) >= 0
+    height = ((points - a) * normal).sum(axis=-1) ** 2
+    return np.where(inside, np.minimum(nearest, height / np.where(squared > 0, squared, 1)), nearest)
+
+
+def _to_segment(points: Floats, start: Floats, end: Floats) -> npt.NDArray[np.float64]:
+    along, off = end - start, points - start
+    squared = (along * along).sum(axis=-1)
+    share = (off * along).sum(axis=-1) / np.where(squared > 0, squared, 1)
+    rest = off - np.clip(share, 0, 1)[..., None] * along
+    return np.asarray((rest * rest).sum(axis=-1))

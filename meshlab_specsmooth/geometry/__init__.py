@@ -1,0 +1,1 @@
+"""The surface as arrays, and what is measured on it."""

@@ -1,0 +1,162 @@
+"""Single stray vertices: found one by one, whatever the noise of the rest, and put where their neighbors expect them.
+
+A few spikes leave the median of the noise as it is, but a mean square, which a strength is chosen by, is theirs alone.
+They are taken out before anything else is measured. Where many vertices are far off, the noise is impulse noise, and a
+matter of statistics (:func:`meshlab_specsmooth.risk.choose_weight.robust`).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from meshlab_specsmooth.arrays import Floats
+from meshlab_specsmooth.graph.laplacian import Laplacian
+
+# A stray vertex is farther from the mean of its neighbors than so many times the median vertex, than so many edges
+# about it, and than so many times the second farthest of its neighbors, which do not count it. Corners and tips of
+# sampled shapes stay below an edge or two; a crease has two neighbors that are as far off.
+_OVER_MEDIAN = 8.0
+_OVER_EDGE = 1.5
+_OVER_NEIGHBORS = 3.0
+# It stands out of the plane of its neighbors by more than this fraction of that distance, or is farther from the
+# nearest of them than so many edges; hubs of flat fans are neither
+_OUT_OF_PLANE, _OUT_OF_REACH = 0.3, 1.5
+# A tip that so many triangles meet at is meant to be there
+_MAX_NEIGHBORS = 16
+
+# More than this fraction of the vertices are not strays but impulse noise
+MAX_FRACTION = 0.03
+# What is looked at more closely is farther off than the mean edge about it, which is found for many vertices at once
+_OVER_MEAN_EDGE = 1.0
+# Two strays next to each other hide each other: found in rounds
+_ROUNDS = 3
+# and then they are each other's neighbors, whose places settle in some rounds
+_SETTLING = 5
+_MIN_NEIGHBORS = 3
+_DIGITS = 40  # binary ones of a place
+
+
+def replace_outliers(
+    X: Floats, L: Laplacian, held: npt.NDArray[np.integer] | None = None
+) -> tuple[Floats, npt.NDArray[np.int64]]:
+    """Positions with stray vertices moved to where the bending of the surface about them is least.
+
+    Parameters
+    ----------
+    X : (n, 3) float64
+    L : Laplacian
+        Uniform.
+    held : (b,) int, optional
+        Vertices that are none, as those of a boundary, whose neighbors lie on one side.
+
+    Returns
+    -------
+    positions : (n, 3) float64
+        X itself where there are no strays, or more than :data:`MAX_FRACTION` of the vertices.
+    indices : (k,) int64
+        Of the strays, rising.
+    """
+    found: list[npt.NDArray[np.int64]] = []
+    Y, limit = X, max(1, int(MAX_FRACTION * len(X)))
+    for _ in range(_ROUNDS):
+        strays = _find(Y, L, held)
+        if len(strays) == 0:
+            break
+        found.append(strays)
+        if len(np.unique(np.concatenate(found))) > limit:
+            return X, np.empty(0, dtype=np.int64)
+        Y = Y.copy() if Y is X else Y
+        Y[strays] = _fill(Y, L, strays)
+    if not found:
+        return X, np.empty(0, dtype=np.int64)
+    indices = np.unique(np.concatenate(found))
+    for _ in range(_SETTLING):
+        Y[indices] = _fill(Y, L, indices)
+    # to digits that do not depend on the order that neighbors are added up in
+    digits = _DIGITS - int(np.frexp(np.abs(Y[indices]).max())[1])
+    Y[indices] = np.ldexp(np.rint(np.ldexp(Y[indices], digits)), -digits)
+    return Y, indices
+
+
+def _find(X: Floats, L: Laplacian, held: npt.NDArray[np.integer] | None) -> npt.NDArray[np.int64]:
+    distance = np.linalg.norm(L @ X, axis=1)
+    if held is not None:
+        distance[held] = 0.0
+    median = float(np.median(distance))
+    candidates = np.flatnonzero(distance > max(_OVER_MEDIAN * median, np.finfo(np.float64).eps))
+    candidates = candidates[distance[candidates] > _OVER_MEAN_EDGE * _mean_edges_around(X, L, candidates)]
+    return np.array([i for i in candidates if _is_stray(X, L, int(i), float(distance[i]))], dtype=np.int64)
+
+
+def _mean_edges_around(X: Floats, L: Laplacian, at: npt.NDArray[np.int64]) -> Floats:
+    """(k,) mean length of the edges at the neighbors of some vertices that do not end at these themselves."""
+    if len(at) == 0:
+        return np.empty(0)
+    center, near = _neighbors(L, at)
+    of_near, far = _neighbors(L, near)
+    origin = center[of_near]
+    other = far != at[origin]
+    length = np.linalg.norm(X[far[other]] - X[near[of_near[other]]], axis=1)
+    count = np.bincount(origin[other], minlength=len(at))
+    return np.asarray(np.bincount(origin[other], weights=length, minlength=len(at)) / np.maximum(count, 1))
+
+
+def _neighbors(L: Laplacian, at: npt.NDArray[np.integer]) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int32]]:
+    """All neighbors of some vertices, and at which place of ``at`` each vertex stands whose neighbor it is."""
+    first = L.graph.indptr
+    degree = np.diff(first)[at]
+    begin = np.cumsum(degree) - degree
+    entries = np.repeat(first[at] - begin, degree) + np.arange(degree.sum())
+    return np.repeat(np.arange(len(at)), degree), L.graph.indices[entries]
+
+
+def _is_stray(X: Floats, L: Laplacian, i: int, distance: float) -> bool:
+    first, neighbors = L.graph.indptr, L.graph.indices
+    around = neighbors[first[i] : first[i + 1]]
+    if not _MIN_NEIGHBORS <= len(around) <= _MAX_NEIGHBORS:
+        return False
+    lengths, off = [], []
+    for j in around:
+        others = neighbors[first[j] : first[j + 1]]
+        others = others[others != i]
+        if len(others) == 0:
+            return False
+        lengths.append(np.linalg.norm(X[others] - X[j], axis=1))
+        off.append(float(np.linalg.norm(X[j] - X[others].mean(axis=0))))
+    edge = float(np.median(np.concatenate(lengths)))
+    if distance <= _OVER_EDGE * edge or distance <= _OVER_NEIGHBORS * sorted(off)[-2]:
+        return False
+    ring = X[around]
+    if len(ring) > _MIN_NEIGHBORS:  # less the one that may be a stray as well
+        ring = np.delete(ring, np.linalg.norm(ring - np.median(ring, axis=0), axis=1).argmax(), axis=0)
+    center = ring.mean(axis=0)
+    normal = np.linalg.svd(ring - center)[2][-1]
+    nearest = float(np.linalg.norm(X[around] - X[i], axis=1).min())
+    return bool(nearest > _OUT_OF_REACH * edge or abs((X[i] - center) @ normal) > _OUT_OF_PLANE * distance)
+
+
+def _fill(X: Floats, L: Laplacian, strays: npt.NDArray[np.int64]) -> Floats:
+    """(k, 3) positions of least |L X|^2, each with all others held."""
+    first, neighbors = L.graph.indptr, L.graph.indices
+    filled = np.empty((len(strays), 3))
+    for row, i in enumerate(strays):
+        around = neighbors[first[i] : first[i + 1]]
+        # rows of L at i and at its neighbors j, as a x_i + b
+        numerator, denominator = X[around].mean(axis=0), 1.0
+        for j in around:
+            others = neighbors[first[j] : first[j + 1]]
+            a = -1 / len(others)
+            b = X[j] + a * X[others[others != i]].sum(axis=0)
+            numerator, denominator = numerator - a * b, denominator + a * a
+        filled[row] = numerator / denominator
+    return filled
+
+
+def describe_outliers(indices: npt.NDArray[np.int64]) -> str | None:
+    """That strays were put back; None where there are none."""
+    if len(indices) == 0:
+        return None
+    if len(indices) == 1:
+        return "1 stray vertex was put where its neighbors expect it"
+    return f"{len(indices)} stray vertices were put where their neighbors expect them"

@@ -1,0 +1,158 @@
+"""Do no harm: a result that changes a shape by more than the noise explains is not handed out as success.
+
+Noise hardly changes a volume, and neither does taking it away; it adds its variance to the size of a shape and to the
+squares of its edges. What goes far beyond is shape that was taken for noise, whatever the estimate says. Each connected
+component is judged by itself.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from meshlab_specsmooth.arrays import Booleans, Floats, Integers
+from meshlab_specsmooth.graph.extent import measure_faces, sum_faces
+from meshlab_specsmooth.noise.estimate.estimate.estimate import CORRELATED, QUANTISED, Noise
+from meshlab_specsmooth.runtime import blocks
+
+# Changes below these fractions are of no concern, whatever explains them: of the volume, of the size along each
+# principal axis (the standard deviation of the vertices), of the mean square of the edges.
+_SMALL_VOLUME, _SMALL_SIZE, _SMALL_EDGE = 0.015, 0.02, 0.25
+# A volume that changes by more is not explained by any noise; a mask's staircase is off by half a voxel everywhere.
+_MAX_VOLUME, _MAX_VOLUME_OF_MASK = 0.03, 0.08
+# Changes that are named, and those that a given setting is warned of
+_WORTH_SAYING, _LARGE = 0.01, 0.03
+# Standard errors of noise that are allowed for, and how many neighbors share correlated noise
+_SIGMAS, _CORRELATED_OVER = 3.0, 16.0
+
+
+@dataclass(frozen=True, eq=False)
+class Change:
+    """How far shapes changed, one entry a connected component.
+
+    Attributes
+    ----------
+    volume : (c,) float64
+        Change relative to the volume before; NaN of an open component.
+    size : (c,) float64
+        Largest relative change of the size along a principal axis.
+    edge : (c,) float64
+        Change of the root mean square of the edges, relative.
+    offset : (c,) float64
+        How far the vertices would have to move along their normals to bring the volume back, in the units of positions;
+        0 of an open component.
+    excessive : (c,) bool
+        More than the noise explains.
+    """
+
+    volume: Floats
+    size: Floats
+    edge: Floats
+    offset: Floats
+    excessive: Booleans
+
+    @property
+    def is_large(self) -> bool:
+        """Whether a volume or a size has changed by per cents."""
+        # the size is a number unless it left the range of numbers
+        return bool((np.abs(self.volume) > _LARGE).any() or (~(np.abs(self.size) <= _LARGE)).any())
+
+    def describe_replaced(self, what: str) -> str:
+        """That another result is returned, and why."""
+        return (
+            f"{what} returned: the strength that the estimate asks for would change the shape by more than noise "
+            f"explains ({self.describe()})"
+        )
+
+    def describe(self) -> str:
+        """The largest changes, in words."""
+        volume = self.volume[np.isfinite(self.volume)]
+        parts = [("the volume", volume), ("the size", self.size), ("the edges", self.edge)]
+        largest = [(name, x[np.abs(x).argmax()]) for name, x in parts if len(x)]
+        return ", ".join(f"{name} by {100 * x:+.1f} %" for name, x in largest if abs(x) >= _WORTH_SAYING)
+
+
+@np.errstate(over="ignore", invalid="ignore")  # a given setting may throw vertices anywhere; infinite is large
+def compare_shapes(
+    X: Floats, Y: Floats, F: Integers, closed: Booleans, labels: npt.NDArray[np.int32] | None, noise: Noise
+) -> Change:
+    """Changes from X to Y, and which of them the noise does not explain.
+
+    Parameters
+    ----------
+    X, Y : (n, 3) float64
+        Positions before and after, about the origin and of size 1 or so; every vertex has a face.
+    F : (m, 3) int32
+    closed : (c,) bool
+        Whether a component has no boundary.
+    labels : (n,) int32 or None
+        Component of each vertex; None for one.
+    noise : Noise
+        In the units of X.
+    """
+    count = len(closed)
+    at = np.zeros(len(X), dtype=np.int32) if labels is None else labels
+    number = np.bincount(at, minlength=count).astype(np.float64)
+    volume, area, edges_before = _over_faces(X, F, at, count)
+    after, area_after, edges_after = _over_faces(Y, F, at, count)
+    s2 = noise.level**2
+    independent = number / (_CORRELATED_OVER if noise.kind == CORRELATED else 1.0)
+    is_mask = noise.kind == QUANTISED
+
+    tiny = np.finfo(np.float64).tiny
+    by_chance = _SIGMAS * np.sqrt(s2 / independent) * area + (np.sqrt(s2) * area if is_mask else 0.0)
+    limit = (_MAX_VOLUME_OF_MASK if is_mask else _MAX_VOLUME) * np.abs(volume)
+    allowed = np.maximum(_SMALL_VOLUME * np.abs(volume), np.minimum(by_chance, limit))
+    # a sheet that is closed by two coinciding sides, or a surface whose faces look this way and that, has no volume
+    has_volume = closed & (np.abs(volume) > 1e-3 * area * np.sqrt(area))
+    volume_change = np.where(has_volume, (after - volume) / np.where(has_volume, volume, 1.0), np.nan)
+    excessive = has_volume & (np.abs(after - volume) > allowed)
+
+    before, axes = np.linalg.eigh(_covariances(X, at, count, number))
+    along = np.einsum("cij,cik,ckj->cj", axes, _covariances(Y, at, count, number), axes)
+    before = np.maximum(before, 0.0)
+    chance = _SIGMAS * 2 * np.sqrt(s2 * before / independent[:, None])
+    too_far = np.abs(along - before) > (1 + _SMALL_SIZE) ** 2 * before - before + 4 * s2 + chance
+    excessive |= too_far.any(axis=1)
+    # of an axis that a shape has no extent along, nothing is said
+    has_extent = before > 1e-4 * before.max(axis=1, keepdims=True) + tiny
+    ratio = np.sqrt(np.divide(along, before, out=np.ones_like(before), where=has_extent)) - 1
+    size_change = np.take_along_axis(ratio, np.abs(ratio).argmax(axis=1)[:, None], axis=1)[:, 0]
+
+    excessive |= np.abs(edges_before - edges_after) > ((1 + _SMALL_EDGE) ** 2 - 1) * edges_before + 9 * s2
+    edge_change = np.sqrt(edges_after / np.maximum(edges_before, tiny)) - 1
+    offset = np.where(has_volume, (volume - after) / np.maximum(area_after, tiny), 0.0)
+    return Change(volume_change, size_change, edge_change, offset, excessive)
+
+
+def _sums(X: Floats, at: npt.NDArray[np.integer], count: int) -> Floats:
+    """(c, 3) sums of rows by component."""
+    if count == 1:
+        return blocks.reduced(np.add, X)[None]
+    return np.stack([np.bincount(at, weights=column, minlength=count) for column in X.T], axis=1)
+
+
+def _over_faces(X: Floats, F: Integers, at: npt.NDArray[np.integer], count: int) -> tuple[Floats, Floats, Floats]:
+    """(c,) signed volumes, areas, and mean squared sides."""
+    if count == 1:
+        volume, area, squares = sum_faces(X, F)
+        return np.array([volume]), np.array([area]), np.array([squares / len(F)])
+    face = at[F[:, 0]]
+    volumes, areas, sides = (
+        np.asarray(np.bincount(face, weights=x, minlength=count), dtype=np.float64) for x in measure_faces(X, F)
+    )
+    return volumes, areas, sides / np.maximum(np.bincount(face, minlength=count), 1)
+
+
+def _covariances(X: Floats, at: npt.NDArray[np.integer], count: int, number: Floats) -> Floats:
+    """(c, 3, 3) of the vertices of each component."""
+    mean = _sums(X, at, count) / number[:, None]
+    if count == 1:
+        square = (X.T @ X)[None]
+    else:
+        products = (X[:, :, None] * X[:, None, :]).reshape(-1, 9)
+        sums = [np.bincount(at, weights=column, minlength=count) for column in products.T]
+        square = np.asarray(np.stack(sums, axis=1).reshape(-1, 3, 3), dtype=np.float64)
+    return np.asarray(square / number[:, None, None] - mean[:, :, None] * mean[:, None, :])

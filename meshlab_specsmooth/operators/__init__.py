@@ -1,0 +1,1 @@
+"""The operators of the paper on a mesh."""

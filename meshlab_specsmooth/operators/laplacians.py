@@ -1,0 +1,95 @@
+"""The operators of the paper on a mesh: the Laplacian L (eq. 1-2), the face barycentres C (eq. 5-6)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_array, csr_array
+
+from meshlab_specsmooth.arrays import Floats, Integers
+from meshlab_specsmooth.graph.build import MeshGraph, weighted
+from meshlab_specsmooth.graph.laplacian import Laplacian, laplacian
+
+# An angle sharper than one degree weighs as one of one degree, and an edge whose two cotangents cancel or turn
+# negative (it is not Delaunay) keeps the weight of a right angle less one degree: the weights stay positive, so the
+# spectrum stays inside [0, 2] and no vertex is cut off.
+_SHARPEST_COTANGENT = 1 / np.tan(np.radians(1))
+_LEAST_WEIGHT = np.tan(np.radians(1))
+
+#: From vertices (n, 3), faces (m, 3) and edges (e, 2), smaller index first and sorted, to the positive weight of each.
+Weigh = Callable[[Floats, Integers, Integers], Floats]
+
+
+def laplacian_of_kind(kind: str, mesh: MeshGraph, V: Floats, F: Integers) -> Laplacian:
+    """The Laplacian of a mesh.
+
+    Parameters
+    ----------
+    kind : {"uniform", "cotangent"}
+        Weight of an edge: 1 (the paper, eq. 1), or the sum of the cotangents of the angles that face it (Pinkall and
+        Polthier 1993), with angles clamped so that all weights stay positive.
+    mesh : MeshGraph
+        Of the faces.
+    V : (n, 3) float64
+    F : (m, 3) int32
+    """
+    weigh = LAPLACIANS[kind]
+    if weigh is None:
+        return laplacian(mesh.graph)
+    ends = mesh.ends()
+    return laplacian(weighted(len(V), ends, weigh(V, F, ends)))
+
+
+def _cotangent_weights(V: Floats, F: Integers, ends: Integers) -> Floats:
+    n = len(V)
+    weight = np.zeros(len(ends))
+    keys = ends[:, 0].astype(np.int64) * n + ends[:, 1]
+    for corner in range(3):
+        at, a, b = (F[:, (corner + k) % 3].astype(np.int64) for k in range(3))
+        to_a, to_b = V[a] - V[at], V[b] - V[at]
+        sine = np.linalg.norm(np.cross(to_a, to_b), axis=1)
+        cosine = (to_a * to_b).sum(axis=1)
+        # a degenerate corner has no angle: it contributes the bound that its cosine points to
+        cotangent = np.sign(cosine) * _SHARPEST_COTANGENT
+        np.divide(cosine, sine, out=cotangent, where=np.abs(cosine) < sine * _SHARPEST_COTANGENT)
+        opposite = np.minimum(a, b) * n + np.maximum(a, b)
+        real = a != b
+        np.add.at(weight, np.searchsorted(keys, opposite[real]), cotangent[real])
+    return np.maximum(weight, _LEAST_WEIGHT)
+
+
+#: Kinds of Laplacian: how an edge is weighed; None where all edges weigh 1, so that no weights need be read.
+LAPLACIANS: dict[str, Weigh | None] = {"uniform": None, "cotangent": _cotangent_weights}
+
+
+@dataclass(frozen=True, eq=False)
+class Gram:
+    """C^T C = diagonal + edge A + odd, where A is 1 at every edge; nothing of it is stored but where it is irregular.
+
+    Attributes
+    ----------
+    diagonal : (n, 1) float64
+    edge : float
+        At an edge with the usual number of faces.
+    odd : (n, n) csr_array
+        What is more or less at edges with another number of faces.
+    """
+
+    diagonal: Floats
+    edge: float
+    odd: csr_array
+
+
+def gram_of_barycenters(mesh: MeshGraph) -> Gram:
+    """C^T C of the face barycentres: 1/9 for each face at a vertex, and for each at an edge."""
+    n = mesh.graph.size
+    odd = coo_array(((mesh.odd_faces - 2) / 9, mesh.ends_of_odd()), shape=(n, n)).tocsr()
+    return Gram(mesh.corner_count[:, None] / 9, 2 / 9, odd)
+
+
+def barycenters(F: Integers, n: int) -> csr_array:
+    """C of shape (m, n), three entries of 1/3 a row: ``C @ V`` are the face barycentres (paper, eq. 5)."""
+    m = len(F)
+    return csr_array((np.full(3 * m, 1 / 3), F.ravel(), np.arange(0, 3 * m + 1, 3)), shape=(m, n))

@@ -1,0 +1,1 @@
+"""The error of a filter, estimated without ground truth."""

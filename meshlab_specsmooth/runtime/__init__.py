@@ -1,0 +1,1 @@
+"""What every package needs while it runs: threads, memory, progress, interrupts."""
