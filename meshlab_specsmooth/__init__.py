@@ -1,8 +1,8 @@
-"""Spectral mesh smoothing with barycentre constraints, as a filter for pymeshlab.
+"""Spectral mesh smoothing with barycenter constraints, as a filter for pymeshlab.
 
 Any mesh in (arrays, a mesh of another library, a path), the same kind out: :func:`smooth`, :func:`denoise`,
 :func:`smooth_edge_aware`, :func:`low_pass`, :func:`enhance`, :func:`prepare`, :func:`spectrum`, :func:`estimate_noise`,
-:func:`estimate_error`, :func:`crossing_faces`. Side by side: :func:`compare`. Many files: :func:`batch`.
+:func:`estimate_error`, :func:`self_intersecting_faces`. Side by side: :func:`compare`. Many files: :func:`batch`.
 MeshSets, in place, as a MeshLab filter does it:
 :func:`apply_coord_spectral_smoothing` and the others of its kind, as functions of a MeshSet, as methods of
 :class:`MeshSet`, or after :func:`register` as methods of pymeshlab's own.
@@ -47,7 +47,7 @@ if TYPE_CHECKING:
         TooLarge,
     )
     from meshlab_specsmooth.geometry.surface import Surface
-    from meshlab_specsmooth.meshlab.measures import crossing_faces
+    from meshlab_specsmooth.meshlab.measures import self_intersecting_faces
     from meshlab_specsmooth.meshlab.registry import register, unregister
     from meshlab_specsmooth.meshlab.signatures import (
         MeshSet,
@@ -59,12 +59,12 @@ if TYPE_CHECKING:
         compute_scalar_by_spectral_displacement,
         get_spectrum,
     )
-    from meshlab_specsmooth.noise.estimate.estimate.estimate import Noise
+    from meshlab_specsmooth.noise.estimate import Noise
     from meshlab_specsmooth.power_spectrum import Spectrum, spectrum
     from meshlab_specsmooth.report.compared import compare
     from meshlab_specsmooth.risk.estimation import ErrorEstimate, estimate_error, estimate_noise
     from meshlab_specsmooth.runtime.bars import show_progress
-    from meshlab_specsmooth.smoothing.api.api.api import Prepared, SmoothingResult, enhance, low_pass, prepare, smooth
+    from meshlab_specsmooth.smoothing.api import Prepared, SmoothingResult, enhance, low_pass, prepare, smooth
 
 __version__ = VERSION
 
@@ -84,7 +84,7 @@ _NAMES = {
         "compute_scalar_by_spectral_displacement",
         "get_spectrum",
     ),
-    "meshlab.measures": ("crossing_faces",),
+    "meshlab.measures": ("self_intersecting_faces",),
     "meshlab.registry": (
         "register",
         "unregister",
@@ -175,7 +175,6 @@ __all__ = [
     "batch",
     "compare",
     "compute_scalar_by_spectral_displacement",
-    "crossing_faces",
     "denoise",
     "enhance",
     "estimate_error",
@@ -184,6 +183,7 @@ __all__ = [
     "low_pass",
     "prepare",
     "register",
+    "self_intersecting_faces",
     "show_progress",
     "smooth",
     "smooth_edge_aware",

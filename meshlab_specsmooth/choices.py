@@ -6,9 +6,9 @@ from typing import Literal
 
 Response = Literal["ideal", "butterworth", "gaussian", "heat"]
 AnyResponse = Literal["auto", "ideal", "butterworth", "gaussian", "heat"]
-Favor = Literal["position", "normals"]
+Criterion = Literal["position", "normals"]
 LaplacianKind = Literal["uniform", "cotangent"]
 Method = Literal["auto", "exact", "chebyshev"]
-Counting = Literal["estimated", "exact"]
+ModeCount = Literal["estimate", "exact"]
 Boundary = Literal["auto", "fixed", "curve", "free"]
 Start = Literal["auto", "given", "smoothed"]

@@ -74,7 +74,7 @@ class Report(dict[str, Any]):
     values : mapping
         The entries of the dict.
     described : Described
-        What is shown of them. The entries ``warning`` and ``seconds`` may change afterwards.
+        What is shown of them. The entries ``warning`` and ``seconds`` may change afterward.
     """
 
     def __init__(self, values: Mapping[str, Any], described: Described) -> None:

@@ -94,7 +94,7 @@ def suggest(name: str, known: Iterable[str]) -> str:
     Examples
     --------
     >>> from meshlab_specsmooth.errors import suggest
-    >>> suggest("barycentre_wieght", ["barycenter_weight", "boundary"])
+    >>> suggest("barycenter_wieght", ["barycenter_weight", "boundary"])
     ' Did you mean barycenter_weight?'
     >>> suggest("color", ["barycenter_weight", "boundary"])
     ''

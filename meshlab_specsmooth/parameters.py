@@ -32,7 +32,7 @@ STRENGTHS = (_EPSILON, 1 / _EPSILON)
 
 # Weights fall with the squared distance of unit normals over that of the width, which is 4 over it at most: from the
 # upper bound on all are 1 to the last bit but two. Below the lower one they compare what is rounding in normals.
-RANGE_WIDTHS = (_EPSILON, 2.0**26)
+RANGE_SIGMAS = (_EPSILON, 2.0**26)
 
 # What is multiplied with more has lost half of its digits, as rounding is multiplied, too
 GAINS = (0.0, 2.0**26)
@@ -40,8 +40,8 @@ GAINS = (0.0, 2.0**26)
 # A level of noise in extents of the mesh: beyond the upper bound nothing is left of the mesh beside it
 NOISE_IN_EXTENTS = (0.0, 1 / _EPSILON)
 
-MOST_PASSES = 1000
-MOST_FACE_PASSES = 100
+MAX_ITERATIONS = 1000
+MAX_FACE_ITERATIONS = 100
 BANDS = (2, 4096)
 MOST_PROBES = 10_000
 MOST_TIMES = 10_000
@@ -119,12 +119,12 @@ def check_count(name: str, value: object, low: int, high: int, what: str = "") -
     Examples
     --------
     >>> from meshlab_specsmooth.parameters import check_count
-    >>> check_count("passes", 3, 1, 10)
+    >>> check_count("iterations", 3, 1, 10)
     3
-    >>> check_count("passes", 3.0, 1, 10)
+    >>> check_count("iterations", 3.0, 1, 10)
     Traceback (most recent call last):
     ...
-    meshlab_specsmooth.errors.InvalidParameter: passes is 3.0; it must be a whole number from 1 to 10
+    meshlab_specsmooth.errors.InvalidParameter: iterations is 3.0; it must be a whole number from 1 to 10
     """
     given = _unwrapped(value)
     if _is_number(given) and isinstance(given, numbers.Integral) and low <= int(given) <= high:
@@ -138,10 +138,10 @@ def check_choice(name: str, value: Choice, known: Iterable[str]) -> Choice:
     Examples
     --------
     >>> from meshlab_specsmooth.parameters import check_choice
-    >>> check_choice("favor", "speed", ["position", "normals"])
+    >>> check_choice("criterion", "speed", ["position", "normals"])
     Traceback (most recent call last):
     ...
-    meshlab_specsmooth.errors.InvalidParameter: favor is 'speed'; it must be one of 'position', 'normals'
+    meshlab_specsmooth.errors.InvalidParameter: criterion is 'speed'; it must be one of 'position', 'normals'
     """
     names = tuple(known)
     if isinstance(value, str) and value in names:

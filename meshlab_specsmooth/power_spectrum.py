@@ -13,11 +13,11 @@ from meshlab_specsmooth.choices import LaplacianKind
 from meshlab_specsmooth.describe import Described, Rows, format_length
 from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.geometry.surface import LARGEST_EXPONENT, check_extent
-from meshlab_specsmooth.noise.estimate.estimate.estimate import Noise
+from meshlab_specsmooth.noise.estimate import Noise
 from meshlab_specsmooth.parameters import BANDS, check_count
 from meshlab_specsmooth.risk.estimation import estimate_noise, noise_of
 from meshlab_specsmooth.runtime import blocks
-from meshlab_specsmooth.smoothing.api.api.api import Prepared, assemble
+from meshlab_specsmooth.smoothing.api import Prepared, assemble
 from meshlab_specsmooth.spectral import density, eigenbasis
 
 # Defaults; those of the filter, in filters_xml/, are the same
@@ -44,14 +44,14 @@ class Spectrum(Described):
     modes : float64
         Number of modes in each band.
     coordinate_power : float64
-        Energy of the centred coordinates, summed over x, y and z, in squared mesh units.
+        Energy of the centered coordinates, summed over x, y and z, in squared mesh units.
     differential_power : float64
         Energy of the differential coordinates.
     noise_floor : float
         Standard deviation of the noise on each coordinate that would explain the power beyond eigenvalue 1.2, in mesh
         units. On uneven triangles up to 40 % too high.
     method : str
-        ``"exact"`` from eigenvalues, ``"chebyshev"`` from moments, which leak a little between neighbouring bands.
+        ``"exact"`` from eigenvalues, ``"chebyshev"`` from moments, which leak a little between neighboring bands.
     noise : Noise
         The estimate of :func:`meshlab_specsmooth.estimate_noise`, which the filters go by. The noise floor is another
         quantity: it takes all short waves for noise, fine detail and uneven triangles as well.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from meshlab_specsmooth.describe import format_length
-from meshlab_specsmooth.noise.estimate.estimate.estimate import Noise
+from meshlab_specsmooth.noise.estimate import Noise
 
 
 def describe_unmoved(noise: Noise | None, warning: str | None) -> str:

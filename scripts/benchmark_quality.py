@@ -300,7 +300,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--no-pictures", action="store_true", help="tables only")
     given = parser.parse_args()
     if given.small and not given.pairs:
-        given.vertices, given.only = 600, given.only or ["block_gaussian_0.3", "relief_quantised_0.5"]
+        given.vertices, given.only = 600, given.only or ["block_gaussian_0.3", "relief_quantized_0.5"]
     return given
 
 

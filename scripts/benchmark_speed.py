@@ -27,7 +27,6 @@ if "--without-fast" in sys.argv:
 
 import numpy as np  # noqa: E402
 import pymeshlab  # noqa: E402
-from meshlab_specsmooth.operators.laplacians.laplacians import barycenters  # noqa: E402
 from scipy.sparse import csr_array, diags_array, eye_array  # noqa: E402
 from scipy.sparse.linalg import eigsh, splu  # noqa: E402
 
@@ -35,6 +34,7 @@ import meshlab_specsmooth as mss  # noqa: E402
 from meshlab_specsmooth.comparison.metrics import add_noise  # noqa: E402
 from meshlab_specsmooth.geometry.surface import Surface  # noqa: E402
 from meshlab_specsmooth.meshlab.filters import apply  # noqa: E402
+from meshlab_specsmooth.operators.laplacians import barycenters  # noqa: E402
 from meshlab_specsmooth.runtime import blocks  # noqa: E402
 from meshlab_specsmooth.spectral import eigenbasis  # noqa: E402
 
@@ -206,7 +206,7 @@ def sweep(n: int, runs: int) -> Seconds:
     steps()
     blocks.in_threads(triad, len(a))
     seconds = in_turn(n, max(runs, 5), steps=steps, triad=lambda: blocks.in_threads(triad, len(a)))
-    # neighbours' rows, X and before are read, before is written; so are the indices, where there are no weights to read
+    # neighbors' rows, X and before are read, before is written; so are the indices, where there are no weights to read
     size = len(L.graph.indices) * 4 + L.size * (4 * 24 + 4)
     if L.kernels.name == "scipy":
         size += len(L.graph.indices) * 8

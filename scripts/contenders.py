@@ -156,7 +156,7 @@ OURS = [
         ("ours: smooth", "smooth", {}),
         ("ours: edge-aware", "smooth_edge_aware", {}),
         ("ours: denoise", "denoise", {}),
-        ("ours: denoise, normals", "denoise", {"favor": "normals"}),
+        ("ours: denoise, normals", "denoise", {"criterion": "normals"}),
     )
     if hasattr(mss, name)
 ]

@@ -36,10 +36,10 @@ if __name__ == "__main__":
 
 import numpy as np
 import pymeshlab
-from meshlab_specsmooth.noise.estimate.estimate.estimate import KINDS
 
 import meshlab_specsmooth as mss
 from meshlab_specsmooth.meshlab import descriptors, filters
+from meshlab_specsmooth.noise.estimate import KINDS
 
 TYPED = (mss.SpecsmoothError, pymeshlab.PyMeshLabException, pymeshlab.InvalidEnumException)
 MESHSETS = 0.12  # the share of calls
@@ -409,10 +409,10 @@ SMOOTH = {
     "wavelength": LENGTH,
     "response": choice("auto", "ideal", "butterworth", "gaussian", "heat"),
     "barycenter_weight": WEIGHT,
-    "favor": choice("position", "normals"),
-    "passes": choice(1, 2, 3),
+    "criterion": choice("position", "normals"),
+    "iterations": choice(1, 2, 3),
     "method": METHOD,
-    "counting": choice("estimated", "exact"),
+    "mode_count": choice("estimate", "exact"),
     "boundary": BOUNDARY,
     "mask": weights,
     "features": weights,
@@ -424,7 +424,7 @@ LOW_PASS = {
     "wavelength": LENGTH,
     "response": RESPONSE,
     "method": METHOD,
-    "counting": choice("estimated", "exact"),
+    "mode_count": choice("estimate", "exact"),
     "mask": weights,
     "progress": PROGRESS,
 }
@@ -441,10 +441,10 @@ ENHANCE = {
     "progress": PROGRESS,
 }
 EDGE_AWARE = {
-    "favor": choice("position", "normals"),
+    "criterion": choice("position", "normals"),
     "strength": number(1e-2, 1e2),
-    "range_width": number(0.1, 2),
-    "passes": choice(1, 2, 3),
+    "range_sigma": number(0.1, 2),
+    "iterations": choice(1, 2, 3),
     "start": choice("auto", "given", "smoothed"),
     "barycenter_weight": WEIGHT,
     "progress": PROGRESS,
@@ -558,11 +558,11 @@ FUNCTIONS: list[tuple[str, dict[str, Callable[[Rng], Any]]]] = [
     *[("enhance", ALL | ENHANCE)] * 2,
     ("Prepared.enhance", ALL | ENHANCE),
     *[("smooth_edge_aware", EDGE_AWARE)] * 3,
-    ("denoise", {"favor": EDGE_AWARE["favor"], "progress": PROGRESS}),
+    ("denoise", {"criterion": EDGE_AWARE["criterion"], "progress": PROGRESS}),
     ("estimate_noise", {}),
     *[("estimate_error", ERROR)] * 2,
     ("spectrum", ALL | {"bands": choice(2, 3, 64)}),
-    ("crossing_faces", {}),
+    ("self_intersecting_faces", {}),
     ("prepare", ALL),
     ("Surface", {}),
 ]
@@ -674,7 +674,7 @@ def without_mesh(rng: Rng) -> Call:
         return Call(_text("compare", mesh, None, given), lambda: mss.compare(given.pop("mesh"), **given))
     if which == 1:
         names = ["paths", "out", "filter_name", "scheduler", "workers", "time_limit", "resume", "ending", "pictures"]
-        names += ["progress", "each", "passes", "barycenter_weight", "unknown"]
+        names += ["progress", "each", "iterations", "barycenter_weight", "unknown"]
         name = names[rng.integers(len(names))]
         if value is None or (name == "time_limit" and isinstance(value, int | float)) or isinstance(value, str):
             value = Odd()

@@ -42,11 +42,11 @@ def bumps(vertices: int) -> Surface:
     ms = _new(remeshed(ball(1.0), vertices))
     V = ms.current_mesh().vertex_matrix()
     random = np.random.default_rng(3)
-    towards = random.standard_normal((40, 3))
-    towards /= np.linalg.norm(towards, axis=1)[:, None]
+    toward = random.standard_normal((40, 3))
+    toward /= np.linalg.norm(toward, axis=1)[:, None]
     width, height = random.uniform(0.1, 0.5, 40), random.uniform(-0.06, 0.12, 40)
     unit = V / np.linalg.norm(V, axis=1)[:, None]
-    apart = np.arccos(np.clip(unit @ towards.T, -1, 1))
+    apart = np.arccos(np.clip(unit @ toward.T, -1, 1))
     return Surface(V * (1 + (height * np.exp(-((2 * apart / width) ** 2))).sum(axis=1))[:, None], _faces(ms))
 
 
@@ -70,7 +70,7 @@ def uneven_block(vertices: int) -> Surface:
 
 
 def cow(vertices: int) -> Surface:
-    """Uneven and organic: a modelled animal, subdivided as it is, so that large triangles stay large."""
+    """Uneven and organic: a modeled animal, subdivided as it is, so that large triangles stay large."""
     ms = pymeshlab.MeshSet()
     ms.load_new_mesh(str(sample("cow.obj")))
     while ms.current_mesh().vertex_number() < 0.7 * vertices:
@@ -138,7 +138,7 @@ PAIRS = {
         ("uneven_block", "gaussian", 0.2),
         ("cow", "along_normals", 0.2),
         ("relief", "along_view", 0.3),
-        ("relief", "quantised", 0.5),
+        ("relief", "quantized", 0.5),
         ("open_block", "gaussian", 0.3),
     )
 }
@@ -154,19 +154,19 @@ def make(name: str, vertices: int = 6000, seed: int = 1) -> "tuple[Surface, Surf
 # --- solids, by MeshLab ---
 
 
-def box(size: "tuple[float, float, float]", centre: "tuple[float, float, float]" = (0, 0, 0)) -> Surface:
+def box(size: "tuple[float, float, float]", center: "tuple[float, float, float]" = (0, 0, 0)) -> Surface:
     ms = pymeshlab.MeshSet()
     ms.create_cube(size=1.0)
     surface = _surface(ms)
     middle = (surface.vertices.min(axis=0) + surface.vertices.max(axis=0)) / 2
-    return Surface((surface.vertices - middle) * size + centre, surface.faces)
+    return Surface((surface.vertices - middle) * size + center, surface.faces)
 
 
-def ball(radius: float, centre: "tuple[float, float, float]" = (0, 0, 0)) -> Surface:
+def ball(radius: float, center: "tuple[float, float, float]" = (0, 0, 0)) -> Surface:
     ms = pymeshlab.MeshSet()
     ms.create_sphere(radius=radius, subdiv=5)
     surface = _surface(ms)
-    return Surface(surface.vertices + centre, surface.faces)
+    return Surface(surface.vertices + center, surface.faces)
 
 
 def rod(radius: "float | Floats", length: float, sides: int = 96) -> Surface:

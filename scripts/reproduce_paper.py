@@ -154,13 +154,13 @@ def figure_2(out: Path, coarse: Surface, kept: Sequence[int]) -> None:
     modes = measure(prepared.L)
     figure = Figure(figsize=(7, 4), dpi=120, layout="constrained")
     axes = figure.subplots()
-    for k, colour in zip(kept, ("C0", "C1", "C2", "C3"), strict=True):
+    for k, color in zip(kept, ("C0", "C1", "C2", "C3"), strict=True):
         cutoff = modes.cutoff(k).eigenvalue
         # both on a fine grid about the step, by number of the mode
         x = np.linspace(1e-6, 2, 6000)
         number = np.interp(x, modes.eigenvalues, modes.below)
-        axes.plot(number, ideal(cutoff)(x), colour, label=f"f_a = {k}")
-        axes.plot(number, approximate(ideal(cutoff), 0.01)(x), colour, linewidth=0.8, linestyle="--")
+        axes.plot(number, ideal(cutoff)(x), color, label=f"f_a = {k}")
+        axes.plot(number, approximate(ideal(cutoff), 0.01)(x), color, linewidth=0.8, linestyle="--")
     axes.set(xlabel="mode", ylabel="share kept", xlim=(0, 2.2 * max(kept)), title="dashed: the polynomial in its place")
     axes.legend()
     figure.savefig(out / "figure2.png")
@@ -190,7 +190,7 @@ def as_table(errors: np.ndarray) -> str:
 def iterations(truth: Surface, noisy: np.ndarray) -> tuple[int, int]:
     """Sweeps and iterations of a call at the paper's setting."""
     result = mss.smooth(noisy, truth.faces, modes=KEPT, barycenter_weight=1.0, method="chebyshev")
-    return result.degree, sum(result.iterations)
+    return result.degree, sum(result.cg_iterations)
 
 
 def verdict(holds: bool) -> str:
@@ -260,7 +260,7 @@ they were, the plain low-pass {full.spectral.distortion:.3f}, the Laplacian {ful
 
 **One parameter, the number of modes: {parameter}.** With {n} vertices sixteen times as many modes change the error of
 the normals by a factor of {by_number:.2f} at most, and a fifth of the weight, which the paper leaves at 1, by
-{by_weight:.2f}: so few modes are kept that the barycentre constraints do the work, and their weight is the strength. A
+{by_weight:.2f}: so few modes are kept that the barycenter constraints do the work, and their weight is the strength. A
 number of modes does not carry over between meshes either; a wavelength does.
 
 **Smoother than Laplacian smoothing: {better} with {n} vertices, {better_coarse} with {m}.** At the paper's setting the
@@ -274,7 +274,7 @@ of degree {degree} and the least squares take {steps} iterations with {m} vertic
 solver the eigensolver iterates.
 
 **Fast: in this form.** The method took {full.paper.seconds:.2f} s with {n} vertices, MeshLab's Laplacian
-{full.laplacian.seconds:.2f} s. With eigenvectors and a sparse factorisation, as it is written down, it is a matter of
+{full.laplacian.seconds:.2f} s. With eigenvectors and a sparse factorization, as it is written down, it is a matter of
 minutes at 100 000 vertices: `scripts/benchmark_speed.py --only book` measures both.
 """
 

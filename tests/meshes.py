@@ -9,12 +9,12 @@ import hypothesis.strategies as st
 import numpy as np
 import numpy.typing as npt
 import pymeshlab
-from meshlab_specsmooth.smoothing.api.api.api import prepare
 from scipy.sparse import csr_array
 
 from meshlab_specsmooth.geometry.surface import Surface, mean_edge_length, vertex_normals
 from meshlab_specsmooth.graph.build import of_mesh
 from meshlab_specsmooth.graph.laplacian import Laplacian, laplacian
+from meshlab_specsmooth.smoothing.api import prepare
 
 Floats = npt.NDArray[np.float64]
 Mesh = tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]
@@ -29,7 +29,7 @@ TETRAHEDRON_SPECTRUM = np.array([0, 4 / 3, 4 / 3, 4 / 3])
 
 
 def torus_graph(nx: int, ny: int) -> npt.NDArray[np.int64]:
-    """Faces of a closed mesh on which every vertex (i, j) -> i * ny + j has the same six neighbours.
+    """Faces of a closed mesh on which every vertex (i, j) -> i * ny + j has the same six neighbors.
 
     Its uniform Laplacian is circulant, so its eigenvectors are plane waves: see :func:`torus_eigenvalue`.
     """
@@ -134,7 +134,7 @@ def kinds_of_noise(mesh: Mesh) -> Iterator[tuple[str, Floats]]:
     yield "impulse", V + normals * (edge * impulses(rng, n))[:, None]
     yield "directional", V + [0, 0, 1] * (0.3 * edge * rng.standard_normal(n))[:, None]
     step = 0.35 * edge
-    yield "quantised", np.round(V / step) * step
+    yield "quantized", np.round(V / step) * step
     walk = prepare(V, F).L
     field = rng.standard_normal((n, 3))
     for _ in range(3):

@@ -33,9 +33,9 @@ def of_mesh(m: pymeshlab.Mesh) -> dict[str, Any]:
         "textures": sorted(m.textures()),
     }
     if m.has_vertex_color():
-        state["vertex colours"] = m.vertex_color_matrix()
+        state["vertex colors"] = m.vertex_color_matrix()
     if m.has_face_color():
-        state["face colours"] = m.face_color_matrix()
+        state["face colors"] = m.face_color_matrix()
     if m.has_vertex_scalar():
         state["vertex quality"] = m.vertex_scalar_array()
     if m.has_face_scalar():

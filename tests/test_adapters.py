@@ -209,7 +209,7 @@ def test_a_mesh_of_the_same_kind_comes_out(kind):
     assert mss.estimate_noise(mesh).level == pytest.approx(NOISE, rel=1e-4)
     assert mss.estimate_error(lambda X: X, mesh, probes=1).error >= 0
     assert mss.spectrum(mesh).method == "exact"
-    assert mss.crossing_faces(mesh).shape == (len(F),)
+    assert mss.self_intersecting_faces(mesh).shape == (len(F),)
 
 
 def test_normals_are_those_of_the_new_positions():
@@ -319,7 +319,7 @@ def test_quads_and_polygons_are_split_and_kept():
         assert result.mesh[1] is faces
     assert mss.smooth(V, mixed, modes=12).modes == 12
     assert mss.smooth(V, padded(mixed), modes=12).modes == 12
-    assert mss.crossing_faces(V, QUADS).shape == (len(QUADS),)
+    assert mss.self_intersecting_faces(V, QUADS).shape == (len(QUADS),)
     pv, meshio = pytest.importorskip("pyvista"), pytest.importorskip("meshio")
     mesh = pv.PolyData(V, padded(mixed))
     assert np.array_equal(mss.smooth(mesh, modes=12).mesh.faces, padded(mixed))
@@ -372,7 +372,7 @@ def test_what_is_no_mesh_is_refused_with_what_would_be(given, words):
     if words is None:
         assert len(mss.smooth(*given, modes=2).vertices) == len(V)
         return
-    for function in (mss.smooth, mss.denoise, mss.estimate_noise, mss.crossing_faces):
+    for function in (mss.smooth, mss.denoise, mss.estimate_noise, mss.self_intersecting_faces):
         with pytest.raises(mss.InvalidSurface, match=words):
             function(*given)
 
@@ -388,8 +388,8 @@ def test_vertices_go_by_their_name_as_well():
 
 
 def test_a_misspelled_keyword_is_answered_with_the_one_that_is_meant():
-    with pytest.raises(TypeError, match=r"no parameter barycentre_weight\. Did you mean barycenter_weight\?"):
-        mss.smooth(V, F, barycentre_weight=0.1)
+    with pytest.raises(TypeError, match=r"no parameter barycenter_weight\. Did you mean barycenter_weight\?"):
+        mss.smooth(V, F, barycenter_weight=0.1)
     with pytest.raises(TypeError, match=r"denoise\(\) has no parameter color\.$"):
         mss.denoise(V, F, color="red")
     with pytest.raises(TypeError, match="vertices"):

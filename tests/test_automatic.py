@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from meshlab_specsmooth.operators.laplacians.laplacians import patches
 
 import meshlab_specsmooth as mss
 from meshlab_specsmooth.geometry.surface import face_vectors, vertex_normals
+from meshlab_specsmooth.operators.laplacians import patches
 from meshlab_specsmooth.risk import choose_weight as automatic
 from tests.meshes import edge_of, impulses, kinds_of_noise, noisy, remeshed_box, sheet, torus
 
@@ -44,12 +44,12 @@ def test_the_choice_is_nearly_the_best(clean, level):
 
 def test_normals_get_better_than_with_the_choice_for_positions():
     V, F = noisy(BOX, 0.1)
-    position, normals = (mss.smooth(V, F, favor=favor).vertices for favor in automatic.FAVORS)
+    position, normals = (mss.smooth(V, F, criterion=criterion).vertices for criterion in automatic.CRITERIA)
     assert 0.9 < turned(normals, BOX) / turned(position, BOX) < 0.98
     assert 1.05 < across(normals, BOX) / across(position, BOX) < 1.25  # which is what it costs
     # where all is smooth there is nothing to gain, nor to lose
     V, F = noisy(TORUS, 0.1)
-    position, normals = (mss.smooth(V, F, favor=favor).vertices for favor in automatic.FAVORS)
+    position, normals = (mss.smooth(V, F, criterion=criterion).vertices for criterion in automatic.CRITERIA)
     assert turned(normals, TORUS) == pytest.approx(turned(position, TORUS), rel=0.02)
 
 
@@ -91,7 +91,7 @@ def correlated_sheet():
 
 
 @pytest.mark.no_cover
-def test_a_rim_moves_across_the_surface_where_neighbours_share_the_noise():
+def test_a_rim_moves_across_the_surface_where_neighbors_share_the_noise():
     V, F, clean = correlated_sheet()
     result, held = mss.smooth(V, F), mss.smooth(V, F, boundary="fixed")
     rim = mss.prepare(V, F).rim.vertices
@@ -131,6 +131,6 @@ def test_a_given_weight_is_taken_and_nothing_is_measured():
     assert (result.barycenter_weight, result.noise, result.estimated_error, result.warning) == (0.5, None, None, None)
 
 
-def test_an_unknown_favor_is_refused():
-    with pytest.raises(mss.InvalidParameter, match="favor is 'speed'"):
-        mss.smooth(*TORUS, favor="speed")
+def test_an_unknown_criterion_is_refused():
+    with pytest.raises(mss.InvalidParameter, match="criterion is 'speed'"):
+        mss.smooth(*TORUS, criterion="speed")

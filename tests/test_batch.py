@@ -238,8 +238,8 @@ def test_denoising_takes_its_own_options_and_reports_a_selection(tmp_path, in_th
 def test_wrong_settings_are_refused_before_anything_is_done(tmp_path):
     inputs, out = scans(tmp_path / "in", 1), tmp_path / "out"
     for wrong in (
-        {"colour": 1},
-        {"passes": 0},
+        {"color": 1},
+        {"iterations": 0},
         {"response": "box"},
         {"filter_name": "get_spectrum"},
         {"ending": "ply"},
@@ -328,8 +328,8 @@ worker.serve(greedy)
     assert [outcome.reason for outcome in batch(inputs, tmp_path / "out").outcomes] == ["memory ran out"]
 
 
-# a weight that is given leaves little to compute, and several passes make it last long enough to be interrupted
-LONG = {"passes": 5, "barycenter_weight": 0.3}
+# a weight that is given leaves little to compute, and several iterations make it last long enough to be interrupted
+LONG = {"iterations": 5, "barycenter_weight": 0.3}
 
 
 def command(*arguments):

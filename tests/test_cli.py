@@ -93,9 +93,9 @@ def test_a_point_cloud_is_refused_with_a_remedy(tmp_path, capsys):
 
 def test_denoise_reads_denoises_and_writes_and_says_what_it_considered(scan, tmp_path, capsys):
     out = tmp_path / "out.ply"
-    assert main(["denoise", str(scan), str(out), "--favor", "normals"]) == 0
+    assert main(["denoise", str(scan), str(out), "--criterion", "normals"]) == 0
     V, F = meshset.pull(files.read(scan))
-    expected = mss.denoise(V, F, favor="normals")
+    expected = mss.denoise(V, F, criterion="normals")
     written, _ = meshset.pull(files.read(out))
     assert written == pytest.approx(expected.vertices, abs=1e-6)
     printed = capsys.readouterr().out
@@ -154,9 +154,9 @@ def test_input_and_output_may_be_the_same_file_if_one_says_so(scan, capsys):
         (["smooth", "SCAN", "FOLDER"], 1, "is a folder"),
         (["smooth", "SCAN", "OUT.xyzzy"], 1, "cannot be written"),
         (
-            ["smooth", "SCAN", "OUT", "--baricentre-weight", "0.5", "--xyz=3"],
+            ["smooth", "SCAN", "OUT", "--baricenter-weight", "0.5", "--xyz=3"],
             2,
-            "specsmooth smooth: error: unrecognized arguments: --baricentre-weight --xyz. Did you mean "
+            "specsmooth smooth: error: unrecognized arguments: --baricenter-weight --xyz. Did you mean "
             "--barycenter-weight?",
         ),
         (["smooth", "SCAN", "OUT", "more"], 2, "specsmooth smooth: error: unrecognized arguments: more"),

@@ -19,7 +19,7 @@ from meshlab_specsmooth.isolation import child
 from meshlab_specsmooth.meshlab import meshset, projects
 from meshlab_specsmooth.meshlab.descriptors import Length
 from meshlab_specsmooth.meshlab.filters import FILTERS
-from meshlab_specsmooth.meshlab.measures import crossing_faces, hausdorff
+from meshlab_specsmooth.meshlab.measures import hausdorff, self_intersecting_faces
 from meshlab_specsmooth.report import compared as report
 from meshlab_specsmooth.report import page, plots
 from tests.meshes import rough, sheet, together, torus
@@ -67,8 +67,8 @@ def test_boundary_length_is_that_of_the_rim():
 
 def test_faces_that_run_through_others_are_counted():
     V = np.array([[0.0, 0, 0], [2, 0, 0], [0, 2, 0], [0.5, 0.5, -1], [0.5, 0.5, 1], [0.6, 0.4, 1]])
-    assert crossing_faces(V, [[0, 1, 2], [3, 4, 5]]).all()
-    assert not crossing_faces(CLEAN.vertices, CLEAN.faces).any()
+    assert self_intersecting_faces(V, [[0, 1, 2], [3, 4, 5]]).all()
+    assert not self_intersecting_faces(CLEAN.vertices, CLEAN.faces).any()
 
 
 @pytest.mark.parametrize("level", [0.1, 0.3])
@@ -182,11 +182,11 @@ def test_what_is_no_filter_is_refused(wrong):
 def test_denoise_comes_first_and_is_held_at_what_it_chose():
     first = competitors()[0]
     assert (first.key, first.name, first.filter) == ("denoise", "specsmooth denoise", "apply_coord_spectral_denoising")
-    chosen = {"start": "given", "strength": 2.0, "range_width": 0.3, "passes": 5, "barycenter_weight": 0.4}
+    chosen = {"start": "given", "strength": 2.0, "range_sigma": 0.3, "iterations": 5, "barycenter_weight": 0.4}
     held = experiment._held(first, child.Ran(CLEAN.vertices, chosen, 0.1))
     assert (held.filter, held.parameters) == ("apply_coord_edge_aware_smoothing", chosen)
     # no setting of that filter is the isotropic one
-    assert experiment._held(first, child.Ran(CLEAN.vertices, chosen | {"passes": 0}, 0.1)) is first
+    assert experiment._held(first, child.Ran(CLEAN.vertices, chosen | {"iterations": 0}, 0.1)) is first
 
 
 def test_filters_are_named_once_and_at_least_one():
@@ -249,7 +249,7 @@ def test_noise_that_no_estimate_is_made_for_has_no_winner_but_by_the_truth():
     blind = mss.compare((X, F), filters=["umbrella", "taubin"])
     assert blind.noise.kind == "correlated"
     assert (blind.choice, blind.closest) == (None, None)
-    assert blind.headline() == "No winner by numbers: neighbouring vertices share this noise"
+    assert blind.headline() == "No winner by numbers: neighboring vertices share this noise"
     assert "a hint at most" in blind.reasons()[0]
     seen = mss.compare((X, F), ground_truth=(V, F), filters=["umbrella", "taubin"])
     assert seen.choice is min(seen.rows, key=lambda row: row.values["true_error"])
@@ -289,7 +289,7 @@ def test_rows_that_are_level_are_in_the_headline_with_their_price(found):
 
 
 def page_rows(found):
-    painted = plots.colours(found)
+    painted = plots.colors(found)
     return [page._table_row(found, row, painted, []) for row in found.ranked]
 
 
@@ -297,7 +297,7 @@ def test_an_estimate_that_cannot_be_told_from_zero_is_a_bound(found):
     bound = with_row(found, found.best, {"estimated_error": 0.0}, uncertainty=0.038)
     texts = [bound.headline(), *bound.reasons(), str(bound), bound._repr_html_()]
     cells = page_rows(bound)[0]["cells"]
-    bar = page._bars(bound, plots.colours(bound))[0]
+    bar = page._bars(bound, plots.colors(bound))[0]
     assert (cells[0]["shown"], bar["shown"], bar["bound"]) == ("at most 0.038",) * 2 + (True,)
     assert 0 < bar["width"] < 100
     assert page._caption(bound.best).startswith("error at most 0.038")
@@ -316,7 +316,7 @@ def test_where_noise_cannot_be_told_from_shape_there_are_no_estimates():
     assert "estimated" not in str(compared)
     assert page._noise_words(compared) == "noise and shape cannot be told apart"
     assert "at most" in page._noise_details(compared)
-    assert page._bars(compared, plots.colours(compared))[0]["shown"] == "0.000"
+    assert page._bars(compared, plots.colors(compared))[0]["shown"] == "0.000"
     assert "move" in page._bar_words(compared)
     assert all(math.isfinite(x) for x in page._range(compared, page._COLOURINGS[1]))
     assert len(plots.curves(compared)) == 3
@@ -361,7 +361,7 @@ def test_strengths_remove_more_and_more_noise(found):
 def test_transfer_functions_are_those_of_the_filters(found):
     """Ten of Taubin's steps are ((1 - 0.5 l) (1 + 0.53 l))^10.
 
-    MeshLab's umbrella counts each neighbour twice and the vertex itself once: at valence 6 a step is 1 - 12/13 l.
+    MeshLab's umbrella counts each neighbor twice and the vertex itself once: at valence 6 a step is 1 - 12/13 l.
     """
     measured = {row.competitor.key: row.response for row in found.rows[1:-1]}
     x = found.eigenvalues
@@ -383,7 +383,7 @@ def test_the_input_is_as_it_was(found):
     assert np.array_equal(ms.current_mesh().vertex_matrix(), before)
     assert ms.current_mesh().selected_face_number() == 20
     # all of the mesh is smoothed, not what is selected alone
-    assert (compared.rows[1].colours["displacement"] > 0).all()
+    assert (compared.rows[1].colors["displacement"] > 0).all()
 
 
 def test_an_open_mesh_of_several_components_without_the_truth():
@@ -431,7 +431,7 @@ def test_larger_ones_run_once_and_say_what_is_left_out(monkeypatch):
         # on the part, the error of the whole
         assert row.values["estimated_error"] == pytest.approx(row.values["true_error"], rel=0.25, abs=0.03)
         assert not {"intersections", "hausdorff", "surface_error"} & set(row.values)
-        assert row.colours["error"].shape == (len(clean.vertices),)
+        assert row.colors["error"].shape == (len(clean.vertices),)
     assert any("Left out: E_v, Hausdorff, self-intersecting." in reason for reason in compared.reasons())
 
 
@@ -468,9 +468,9 @@ def test_progress_rises_to_one_and_what_it_raises_ends_the_run():
 
 def test_a_project_opens_with_its_layers(tmp_path):
     V, F = torus(20, 12)
-    quality, colours = np.linspace(0, 1, len(V)), np.random.default_rng(0).random((len(V), 3))
+    quality, colors = np.linspace(0, 1, len(V)), np.random.default_rng(0).random((len(V), 3))
     layers = [
-        projects.Layer(name, f"{i}.ply", mss.Surface(V, F), quality, colours) for i, name in enumerate(('a <"b">', "c"))
+        projects.Layer(name, f"{i}.ply", mss.Surface(V, F), quality, colors) for i, name in enumerate(('a <"b">', "c"))
     ]
     projects.write(tmp_path / "p.mlp", layers)
     ms = pymeshlab.MeshSet()
@@ -479,7 +479,7 @@ def test_a_project_opens_with_its_layers(tmp_path):
     assert not ms.mesh(1).has_face_color()
     assert ms.mesh(0).vertex_matrix() == pytest.approx(V, abs=1e-12)
     assert ms.mesh(1).vertex_scalar_array() == pytest.approx(quality, abs=1e-6)
-    assert ms.mesh(1).vertex_color_matrix()[:, :3] == pytest.approx(colours, abs=1 / 255)
+    assert ms.mesh(1).vertex_color_matrix()[:, :3] == pytest.approx(colors, abs=1 / 255)
 
 
 def test_the_mesh_as_given_keeps_its_own_colors(found, tmp_path):
@@ -496,7 +496,7 @@ def test_the_mesh_as_given_keeps_its_own_colors(found, tmp_path):
     assert ms.mesh(0).face_color_matrix()[:, :3] == pytest.approx(faces, abs=1 / 255)
     assert [mesh.has_face_color() for mesh in ms] == [True, False]
     assert layers[0].label == "as given (its own colors)"
-    assert not np.ptp(layers[1].colours, axis=0).any()  # the truth is off by nothing
+    assert not np.ptp(layers[1].colors, axis=0).any()  # the truth is off by nothing
     assert report.with_colors(found, CLEAN) is found
 
 

@@ -50,7 +50,7 @@ def test_every_part_is_read():
         ("<PARAM_HELP>Very?</PARAM_HELP>", "", 7, "one PARAM_HELP and one GUI element"),
         ('parDefault="true"', 'parDefault="yes"', 7, "'yes' is neither true nor false"),
         ('<CHECKBOX_GUI guiLabel="Much"/>', '<STRING_GUI guiLabel="Much"/>', 7, "does not go with STRING_GUI"),
-        ('parType="Boolean"', 'parType="Colour"', 7, "parType 'Colour' does not go with"),
+        ('parType="Boolean"', 'parType="Color"', 7, "parType 'Color' does not go with"),
         ('parName="count"', 'parName="the count"', 8, "'the count' is no Python name"),
         ('parName="count"', 'parName="much"', 8, "'much' is described twice"),
         ('parDefault="3"', 'parDefault="3.5"', 8, "'3.5' is no whole number"),

@@ -6,15 +6,15 @@ import warnings
 import numpy as np
 import pymeshlab
 import pytest
-from meshlab_specsmooth.noise.estimate.estimate.estimate import nothing
-from meshlab_specsmooth.noise.estimate.estimate.outliers import replace_outliers
-from meshlab_specsmooth.noise.estimate.estimate.shape_change import compare_shapes
-from meshlab_specsmooth.smoothing.api.api.api import assemble
 
 import meshlab_specsmooth as mss
 from meshlab_specsmooth.geometry.surface import Surface, is_closed, signed_volume
 from meshlab_specsmooth.geometry.triangles import compute_aspects, compute_heights
 from meshlab_specsmooth.geometry.welding import find_copies
+from meshlab_specsmooth.noise.estimate import nothing
+from meshlab_specsmooth.noise.outliers import replace_outliers
+from meshlab_specsmooth.noise.shape_change import compare_shapes
+from meshlab_specsmooth.smoothing.api import assemble
 from tests.meshes import box, rough, sheet, together, torus
 
 BOTH = pytest.mark.parametrize("function", [mss.smooth, mss.denoise], ids=["smooth", "denoise"])

@@ -4,13 +4,13 @@ import numpy as np
 import pymeshlab
 import pytest
 from hypothesis import given, settings
-from meshlab_specsmooth.operators.laplacians.laplacians import patches
 
 import meshlab_specsmooth as mss
 from meshlab_specsmooth.comparison.metrics import normal_error, vertex_error, volume_change
 from meshlab_specsmooth.edge_aware import mesh as mesh_of_edges
 from meshlab_specsmooth.graph import faces, faces_compiled
 from meshlab_specsmooth.meshlab import files, meshset
+from meshlab_specsmooth.operators.laplacians import patches
 from tests.meshes import box, flaws, meshes, rough, sheet, torus
 
 BOX = box()
@@ -58,11 +58,11 @@ def test_the_choice_is_the_best_of_what_was_considered(smoothed):
     assert errors[1:] == sorted(errors[1:])
     assert smoothed.error == errors[0] <= 1.01 * min(errors)
     first = smoothed.considered[0].setting
-    assert (first.start, first.strength, first.range_width, first.passes) == (
+    assert (first.start, first.strength, first.range_sigma, first.iterations) == (
         smoothed.start,
         smoothed.strength,
-        smoothed.range_width,
-        smoothed.passes,
+        smoothed.range_sigma,
+        smoothed.iterations,
     )
 
 
@@ -85,21 +85,21 @@ def test_the_error_is_estimated_well(smoothed):
 @pytest.mark.no_cover
 def test_denoise_considers_the_isotropic_filter_and_is_no_worse_by_its_own_estimate(smoothed):
     result = mss.denoise(*NOISY)
-    assert 0 in {row.setting.passes for row in result.considered}
+    assert 0 in {row.setting.iterations for row in result.considered}
     assert result.error <= 1.01 * smoothed.error
 
 
 @pytest.mark.no_cover
 def test_favoring_normals_takes_the_noise_for_higher(smoothed):
-    assert mss.smooth_edge_aware(*NOISY, favor="normals").level > 1.2 * smoothed.level
+    assert mss.smooth_edge_aware(*NOISY, criterion="normals").level > 1.2 * smoothed.level
 
 
 def test_what_is_given_is_not_chosen():
-    result = mss.smooth_edge_aware(*NOISY, strength=0.7, range_width=0.3, passes=2)
-    assert (result.strength, result.range_width, result.passes) == (0.7, 0.3, 2)
+    result = mss.smooth_edge_aware(*NOISY, strength=0.7, range_sigma=0.3, iterations=2)
+    assert (result.strength, result.range_sigma, result.iterations) == (0.7, 0.3, 2)
     assert np.isnan(result.error)
-    free = mss.smooth_edge_aware(*NOISY, strength=0.7, passes=2, start="smoothed", barycenter_weight=0.4)
-    tried = {(x.start, x.strength, x.passes, x.barycenter_weight) for x in (row.setting for row in free.considered)}
+    free = mss.smooth_edge_aware(*NOISY, strength=0.7, iterations=2, start="smoothed", barycenter_weight=0.4)
+    tried = {(x.start, x.strength, x.iterations, x.barycenter_weight) for x in (row.setting for row in free.considered)}
     assert tried == {("smoothed", 0.7, 2, 0.4)}
 
 
@@ -118,7 +118,7 @@ def test_deterministic_and_its_input_is_not_changed():
 
 # what the guide's least squares are solved to, column by column
 SOLVED = 1e-5
-FIXED = {"strength": 1.0, "range_width": 0.3, "passes": 3}
+FIXED = {"strength": 1.0, "range_sigma": 0.3, "iterations": 3}
 
 
 @pytest.mark.no_cover
@@ -181,7 +181,7 @@ def test_a_smooth_surface_is_no_worse_than_from_the_isotropic_filter():
 
 
 @pytest.mark.no_cover
-def test_impulses_are_recognised():
+def test_impulses_are_recognized():
     V, F = box(20)
     rng = np.random.default_rng(0)
     noisy = V + (rng.random(len(V)) < 0.3)[:, None] * 0.5 * rng.standard_normal(V.shape)
@@ -222,11 +222,11 @@ def test_the_search_runs_on_pieces_of_a_large_mesh(monkeypatch):
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
-        ({"favor": "speed"}, "favor"),
+        ({"criterion": "speed"}, "criterion"),
         ({"strength": 0}, "strength"),
-        ({"range_width": np.inf}, "range_width"),
-        ({"passes": 0}, "passes"),
-        ({"passes": 2.0}, "passes"),
+        ({"range_sigma": np.inf}, "range_sigma"),
+        ({"iterations": 0}, "iterations"),
+        ({"iterations": 2.0}, "iterations"),
     ],
 )
 def test_wrong_parameters_are_refused_by_name(wrong, message):
@@ -253,14 +253,14 @@ def test_filter_is_the_function_and_crosses_itself_nowhere(smoothed):
     output, expected = mss.apply_coord_edge_aware_smoothing(ms), mss.smooth_edge_aware(*SMALL)
     assert apart(ms.current_mesh().vertex_matrix(), expected.vertices) < 1e-12
     assert output["strength"] == expected.strength
-    assert not mss.crossing_faces(smoothed.vertices, BOX[1]).any()
+    assert not mss.self_intersecting_faces(smoothed.vertices, BOX[1]).any()
 
 
 def test_the_denoising_filter_is_the_function():
     ms = pymeshlab.MeshSet()
     ms.add_mesh(pymeshlab.Mesh(*SMALL))
-    output = mss.apply_coord_spectral_denoising(ms, favor="normals")
-    expected = mss.denoise(*SMALL, favor="normals")
+    output = mss.apply_coord_spectral_denoising(ms, criterion="normals")
+    expected = mss.denoise(*SMALL, criterion="normals")
     assert apart(ms.current_mesh().vertex_matrix(), expected.vertices) < 1e-12
     assert output["error"] == expected.error
 
@@ -272,32 +272,32 @@ def test_the_denoising_filter_is_the_function():
 def test_compiled_graph_is_the_reference(mesh):
     V, F = mesh
     F = np.ascontiguousarray(F, dtype=np.int32)
-    one, other = faces.neighbours(F, len(V)), faces_compiled.neighbours(F, len(V))
+    one, other = faces.neighbors(F, len(V)), faces_compiled.neighbors(F, len(V))
     for name in ("indptr", "indices", "vertex_indptr", "vertex_faces"):
         a, b = getattr(one, name), getattr(other, name)
         assert a.dtype == b.dtype == np.int32
         assert np.array_equal(a, b), name
 
 
-def test_faces_of_a_hub_are_neighbours_through_the_rim_alone():
+def test_faces_of_a_hub_are_neighbors_through_the_rim_alone():
     k = faces.MOST_FACES_OF_A_VERTEX + 10
     rim = np.arange(1, k + 1)
     F = np.stack([np.zeros(k, dtype=int), rim, np.roll(rim, -1)], axis=1).astype(np.int32)
-    for graph in (faces.neighbours(F, k + 1), faces_compiled.neighbours(F, k + 1)):
+    for graph in (faces.neighbors(F, k + 1), faces_compiled.neighbors(F, k + 1)):
         assert (np.diff(graph.indptr) == 2).all()
 
 
 def test_compiled_sweeps_are_the_reference():
     V, F = rough(torus(), 0.3)
-    graph = faces.neighbours(np.ascontiguousarray(F, dtype=np.int32), len(V))
+    graph = faces.neighbors(np.ascontiguousarray(F, dtype=np.int32), len(V))
     one, other = faces.ReferenceFaceKernels(graph), faces_compiled.CompiledFaceKernels(graph)
     rng = np.random.default_rng(0)
     frames = [kernels.frames(V) for kernels in (one, other)]
     for a, b in zip(*frames, strict=True):
         assert apart(a, b) < 1e-12 * np.abs(a).max()
-    centre, N, area = frames[0]
+    center, N, area = frames[0]
     root = np.sqrt(area / area.mean())
-    weights = [kernels.weigh(centre, N, root, 0.7, 5.0) for kernels in (one, other)]
+    weights = [kernels.weigh(center, N, root, 0.7, 5.0) for kernels in (one, other)]
     for a, b in zip(*weights, strict=True):
         assert apart(a, b) < 1e-12 * a.max()
     weight, degree = weights[0]
@@ -313,9 +313,9 @@ def test_the_solve_solves():
     V, F = rough(torus(), 0.3)
     graph = faces.face_graph(np.ascontiguousarray(F, dtype=np.int32), len(V))
     reference = faces.ReferenceFaceKernels(graph)
-    centre, N, area = reference.frames(V)
+    center, N, area = reference.frames(V)
     root = np.sqrt(area / area.mean())
-    weight, degree = reference.weigh(centre, N, root, 0.7, 5.0)
+    weight, degree = reference.weigh(center, N, root, 0.7, 5.0)
     diagonal = root**2 + 2 * degree
     X = faces.face_kernels(graph).solve(weight, diagonal, 2.0, N, np.zeros_like(N), 1e-9, 500)
     W = faces.csr_array((weight, graph.indices, graph.indptr), shape=(graph.size, graph.size))
@@ -324,7 +324,7 @@ def test_the_solve_solves():
 
 def test_without_the_extra_the_result_is_the_same(monkeypatch):
     with_it = mss.smooth_edge_aware(*NOISY, **FIXED)
-    monkeypatch.setattr(mesh_of_edges, "face_graph", faces.neighbours)
+    monkeypatch.setattr(mesh_of_edges, "face_graph", faces.neighbors)
     monkeypatch.setattr(mesh_of_edges, "face_kernels", faces.ReferenceFaceKernels)
     without = mss.smooth_edge_aware(*NOISY, **FIXED)
     assert without.kernels == "scipy"
@@ -343,7 +343,7 @@ def test_far_impulses_are_drawn_in_where_they_would_mislead():
     off = np.sqrt(((result.vertices - V) ** 2).sum(axis=1).mean())
     before = np.sqrt(((noisy - V) ** 2).sum(axis=1).mean())
     assert off < 0.35 * before
-    assert result.considered[0].setting.passes == result.passes
+    assert result.considered[0].setting.iterations == result.iterations
 
 
 @pytest.mark.no_cover
@@ -352,8 +352,8 @@ def test_far_impulses_on_a_box_do_not_cost_its_edges():
     random = np.random.default_rng(3)
     noisy = V + (random.random(len(V)) < 0.1)[:, None] * random.standard_normal(V.shape)
     truth, result = mss.Surface(V, F), mss.denoise(noisy, F)
-    drawn_in = next(row for row in result.considered if row.setting.start == "drawn in")
-    assert result.error < drawn_in.error
+    clip_impulses_first = next(row for row in result.considered if row.setting.start == "clipped")
+    assert result.error < clip_impulses_first.error
     isotropic = mss.Surface(mss.smooth(noisy, F).vertices, F)
     assert normal_error(mss.Surface(result.vertices, F), truth) < normal_error(isotropic, truth) / 2
 

@@ -3,7 +3,6 @@
 import numpy as np
 import pymeshlab
 import pytest
-from meshlab_specsmooth.operators.laplacians.laplacians import patches
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
@@ -16,15 +15,16 @@ from meshlab_specsmooth.edge_aware.filtering import low_pass
 from meshlab_specsmooth.edge_aware.regions import Region
 from meshlab_specsmooth.geometry.surface import boundary_vertices
 from meshlab_specsmooth.graph.creases import cut_along, cut_graph, find_creases
-from meshlab_specsmooth.graph.faces import neighbours
+from meshlab_specsmooth.graph.faces import neighbors
 from meshlab_specsmooth.meshlab import creases, files, filters, meshset
 from meshlab_specsmooth.meshlab.creases import selected_edges
+from meshlab_specsmooth.operators.laplacians import patches
 from tests import state
 from tests.meshes import rough, sheet, torus
 from tests.test_edge_aware import box
 
 # a setting, so that nothing is searched
-SETTING = {"strength": 0.5, "range_width": 0.35, "passes": 2, "barycenter_weight": 0.35}
+SETTING = {"strength": 0.5, "range_sigma": 0.35, "iterations": 2, "barycenter_weight": 0.35}
 # from 1000 vertices on no eigenvectors are computed, which is faster
 RING = rough(torus(50, 24), 0.2)
 HALF = np.arange(1200) < 600
@@ -119,8 +119,8 @@ def test_a_boundary_is_fixed_or_a_curve_by_itself_or_follows_the_faces():
     assert results["curve"].vertices[RIM] == pytest.approx(isotropic[RIM], abs=1e-9)
     assert moved(results["curve"], OPEN)[RIM].any()
     assert all(moved(result, OPEN)[~RIM].all() for result in results.values())
-    inwards = [np.linalg.norm((results[name].vertices - OPEN[0])[RIM]) for name in ("auto", "free")]
-    assert inwards[0] < inwards[1]
+    inward = [np.linalg.norm((results[name].vertices - OPEN[0])[RIM]) for name in ("auto", "free")]
+    assert inward[0] < inward[1]
     closed = [smoothed(RING, boundary=name).vertices for name in ("auto", "fixed", "curve", "free")]
     assert all(np.array_equal(V, closed[0]) for V in closed)
 
@@ -141,7 +141,7 @@ def brute_force(F, n, creases):
 
 
 @pytest.mark.parametrize("share", [0.0, 0.02, 0.2, 0.7])
-def test_faces_are_neighbours_where_no_crease_lies_between_them(share):
+def test_faces_are_neighbors_where_no_crease_lies_between_them(share):
     fan = np.array([[0, k, k + 1] for k in range(1, 6)] + [[0, 2, 9], [0, 1, 1]])  # open, three on an edge, a sliver
     flat = sheet(6, 5)[1]
     for F, n in ((flat, 30), (fan, 10)):
@@ -155,7 +155,7 @@ def test_faces_are_neighbours_where_no_crease_lies_between_them(share):
             (int(i), int(j)) for i, j in brute_force(F, n, creases)
         }
         if share == 0:
-            assert np.array_equal(graph.indices, neighbours(F, n).indices)
+            assert np.array_equal(graph.indices, neighbors(F, n).indices)
 
 
 def test_nothing_flows_across_creases():
@@ -170,8 +170,8 @@ def test_nothing_flows_across_creases():
     N = []
     for X in (V, other):
         guide = mesh.kernels.frames(mesh_of_edges.smooth_isotropically(mesh, X, 0.3))[1]
-        centre, given, _ = mesh.kernels.frames(X)
-        N.append((guide, low_pass(mesh.kernels, centre, given, area, guide, 2.0, 0.35, parted=True)))
+        center, given, _ = mesh.kernels.frames(X)
+        N.append((guide, low_pass(mesh.kernels, center, given, area, guide, 2.0, 0.35, parted=True)))
     for first, second, scale in zip(*N, (1e-3, 1e-5), strict=True):  # the least squares are solved to 1e-4
         far = np.abs(first - second).max(axis=1)
         assert far[~elsewhere].max() > 0.05
@@ -193,13 +193,13 @@ def test_creases_by_hand_and_by_angle_are_the_same_and_stay_sharp():
     results = [mss.denoise(*noisy, creases=creases) for creases in (hand, 50.0)]
     assert results[0].creases == results[1].creases == 120
     assert np.array_equal(results[0].vertices, results[1].vertices)
-    assert all(row.setting.passes > 0 for row in results[0].considered)  # the isotropic filter would round them
+    assert all(row.setting.iterations > 0 for row in results[0].considered)  # the isotropic filter would round them
     assert moved(results[0], noisy)[np.unique(hand)].all()
     assert normal_error(mss.Surface(results[0].vertices, large.faces), large) < 2.0
 
 
 def test_soft_settings_do_not_round_what_is_a_crease():
-    soft = {"strength": 4.0, "range_width": 1.5, "start": "given"}
+    soft = {"strength": 4.0, "range_sigma": 1.5, "start": "given"}
     noisy = rough(BOX, 0.05, seed=1)
     rounded, sharp = (smoothed(noisy, creases=creases, **soft) for creases in (None, PAIRS))
     errors = [normal_error(mss.Surface(r.vertices, BOX[1]), mss.Surface(*BOX)) for r in (rounded, sharp)]

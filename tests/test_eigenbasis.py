@@ -169,7 +169,7 @@ def test_progress_is_told_often_and_an_interrupt_ends_the_work():
         eigenbasis.lowest(twin("rough"), 100, interrupt)
 
 
-def test_the_memory_counted_is_the_work_space_and_the_factorisation_too(monkeypatch):
+def test_the_memory_counted_is_the_work_space_and_the_factorization_too(monkeypatch):
     S = twin("rough")
     vectors = 8 * 1140 * 100
     monkeypatch.setattr(eigenbasis, "MEMORY_LIMIT", 3 * vectors + inertia.factor_bytes(1140))

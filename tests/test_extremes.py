@@ -45,7 +45,7 @@ MESHES = {
 }
 CALLS = {
     "smooth": [
-        *({}, {"modes": 1}, {"wavelength": 1e-300}, {"wavelength": 1e300}, {"passes": 3}, {"boundary": "curve"}),
+        *({}, {"modes": 1}, {"wavelength": 1e-300}, {"wavelength": 1e300}, {"iterations": 3}, {"boundary": "curve"}),
         *({"barycenter_weight": w} for w in (1e-3, 1e3)),
         *({"response": name, "method": "chebyshev"} for name in ("ideal", "butterworth", "gaussian", "heat")),
         {"boundary": "free", "response": "butterworth", "wavelength": 1e300},

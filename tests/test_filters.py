@@ -106,7 +106,11 @@ def test_bad_parameters_are_refused_in_meshlab_s_words_and_the_meshset_stays(ms,
         ({"wavelength": float("nan")}, pymeshlab.PyMeshLabException, "wavelength: length value nan out of bounds"),
         ({"wavelength": float("inf")}, pymeshlab.PyMeshLabException, "wavelength: length value inf out of bounds"),
         ({"wavelength": pymeshlab.PureValue(-1)}, pymeshlab.PyMeshLabException, "length value -1.0 out of bounds"),
-        ({"passes": 0}, pymeshlab.PyMeshLabException, "Parameter passes: int value 0 out of bounds .min: 1; max: 1000"),
+        (
+            {"iterations": 0},
+            pymeshlab.PyMeshLabException,
+            "Parameter iterations: int value 0 out of bounds .min: 1; max: 1000",
+        ),
         ({"selected": "yes"}, RuntimeError, "selected: Unable to cast"),
         ({"modes": 3, "wavelength": 1.0}, mss.InvalidParameter, "give one of them"),
         ({"modes": 3, "wavelength": 1.0}, pymeshlab.PyMeshLabException, "give one of them"),
@@ -124,7 +128,7 @@ def test_values_of_the_wrong_type_or_out_of_bounds_are_refused(ms, given, error,
 def test_plain_and_numpy_numbers_are_taken_as_pymeshlab_takes_them(ms):
     ms.apply_coord_laplacian_smoothing(stepsmoothnum=np.int64(1), boundary=1)
     evidence = mss.apply_coord_spectral_smoothing(
-        ms, modes=np.int64(20), barycenter_weight=1, passes=True, selected=np.bool_(False), wavelength=np.float64(0)
+        ms, modes=np.int64(20), barycenter_weight=1, iterations=True, selected=np.bool_(False), wavelength=np.float64(0)
     )
     assert evidence["modes"] >= 20
 
@@ -347,7 +351,7 @@ def test_every_filter_leaves_everything_else_alone(laden, name):
     held = laden.current_mesh()
     before = state.of_meshset(laden)
     # a mesh without noise would stay as it is, were nothing given
-    given = {"strength": 1.0, "range_width": 0.3, "passes": 2} if "edge_aware" in name else {}
+    given = {"strength": 1.0, "range_sigma": 0.3, "iterations": 2} if "edge_aware" in name else {}
     filters.apply(laden, name, **({"barycenter_weight": 1.0} if "smoothing" in name and not given else given))
     assert laden.current_mesh().id() == held.id() == 1
     follows = {f"/meshes[1]/{part}" for part in state.FOLLOWS} if name.startswith("apply_coord") else set()

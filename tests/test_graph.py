@@ -8,8 +8,6 @@ from unittest import mock
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from meshlab_specsmooth.operators.laplacians.laplacians.laplacians import laplacian_of_kind
-from meshlab_specsmooth.smoothing.api.api.api import prepare
 
 import meshlab_specsmooth as mss
 from meshlab_specsmooth.geometry import order
@@ -19,7 +17,9 @@ from meshlab_specsmooth.graph.build import of_mesh, weighted
 from meshlab_specsmooth.graph.compiled import CompiledKernels
 from meshlab_specsmooth.graph.laplacian import Laplacian, laplacian
 from meshlab_specsmooth.graph.reference import ReferenceKernels
+from meshlab_specsmooth.operators.laplacians import laplacian_of_kind
 from meshlab_specsmooth.runtime import backend, blocks
+from meshlab_specsmooth.smoothing.api import prepare
 from tests.meshes import TETRAHEDRON, flaws, meshes, rough, sheet, together, torus
 
 MESHES = {"closed": rough(torus(12, 9)), "open": rough(sheet()), "flawed": flaws(sheet(5, 4))["duplicate faces"]}
@@ -32,7 +32,7 @@ def graph_of(mesh, kind="uniform"):
     return laplacian_of_kind(kind, of_mesh(F, len(V)), V, F).graph
 
 
-@pytest.mark.parametrize("implementation", [build.neighbours, counting.neighbours])
+@pytest.mark.parametrize("implementation", [build.neighbors, counting.neighbors])
 @settings(deadline=None)
 @given(mesh=meshes())
 def test_the_graph_has_the_edges_of_the_mesh_and_counts_their_faces(implementation, mesh):
@@ -44,7 +44,7 @@ def test_the_graph_has_the_edges_of_the_mesh_and_counts_their_faces(implementati
         return
     number = np.cumsum(np.isin(np.arange(len(V)), used)) - 1
     has_side = (F != F[:, [1, 2, 0]]).any(axis=1)
-    with mock.patch.object(build, "_best_neighbours", return_value=implementation):
+    with mock.patch.object(build, "_best_neighbors", return_value=implementation):
         graph = of_mesh(number[F[has_side]].astype(np.int32), len(used))
     assert np.array_equal(graph.ends(), number[ends])
     assert np.array_equal(graph.boundary(), number[ends[face_count == 1]])
@@ -71,10 +71,10 @@ def some_turned(mesh, seed=3):
 @pytest.mark.parametrize(
     "mesh", [*MESHES.values(), LARGE, *flaws(sheet(5, 4)).values(), some_turned(LARGE), (LARGE[0], LARGE[1][:-7])]
 )
-def test_neighbours_by_the_counting_sort_are_those_of_the_reference(mesh):
+def test_neighbors_by_the_counting_sort_are_those_of_the_reference(mesh):
     V, F = mesh
     for ours, reference in zip(
-        *(f(F.astype(np.int32), len(V)) for f in (counting.neighbours, build.neighbours)), strict=True
+        *(f(F.astype(np.int32), len(V)) for f in (counting.neighbors, build.neighbors)), strict=True
     ):
         assert np.array_equal(ours, reference)
         assert ours.dtype == reference.dtype
@@ -84,7 +84,7 @@ def test_a_hub_of_very_many_faces_is_sorted_in_time():
     # by insertion this would take a minute
     rim = np.arange(1, 300_001)
     F = np.stack([np.zeros_like(rim), np.roll(rim, 1), rim], axis=1)[np.random.default_rng(0).permutation(len(rim))]
-    indptr, indices, odd, *_ = counting.neighbours(F.astype(np.int32), len(rim) + 1)
+    indptr, indices, odd, *_ = counting.neighbors(F.astype(np.int32), len(rim) + 1)
     assert np.array_equal(indices[: indptr[1]], rim)
     assert (np.diff(indptr)[1:] == 3).all()
     assert len(odd) == 2 * len(rim)  # the rim, both ways
@@ -178,7 +178,7 @@ def test_without_numba_scipy_is_used_and_for_large_meshes_one_line_says_so(monke
     assert mss.smooth(*rough(sheet(6, 5)), modes=9).kernels == "scipy"
     mesh = rough(torus(20, 16))
     with pytest.warns(mss.Slow) as caught:
-        _ = mss.smooth(*mesh, modes=9), mss.smooth_edge_aware(*mesh, strength=1.0, range_width=0.3, passes=1)
+        _ = mss.smooth(*mesh, modes=9), mss.smooth_edge_aware(*mesh, strength=1.0, range_sigma=0.3, iterations=1)
     (warning,) = caught
     assert str(warning.message) == (
         "numba is not installed (pip install numba threadpoolctl); without numba this takes two to five times as long"

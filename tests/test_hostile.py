@@ -12,13 +12,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from meshlab_specsmooth.operators.laplacians.laplacians import reconstruction
 
 import meshlab_specsmooth as mss
 from meshlab_specsmooth.batching import work
 from meshlab_specsmooth.batching.work import Job
 from meshlab_specsmooth.cli import main
 from meshlab_specsmooth.meshlab import files, headers, meshset
+from meshlab_specsmooth.operators.laplacians import reconstruction
 from tests.meshes import rough, torus
 
 CORNERS = struct.pack("<9f", 0, 0, 0, 1, 0, 0, 0, 1, 0)
@@ -153,7 +153,7 @@ def test_a_file_that_is_no_mesh_is_one_line_and_leaves_the_target(tmp_path, name
 ACCEPTED = {
     "fine.ply": ply(),
     "windows.ply": ply(kind="ascii", body=b"0 0 0\r\n1 0 0\r\n0 1 0\r\n3 0 1 2").replace(b"\n", b"\r\n"),
-    "backwards.obj": obj("f -1 -2 -3\n"),
+    "backward.obj": obj("f -1 -2 -3\n"),
     "huge and tiny.obj": obj("f 1 2 3\nf 1 2 4\n", "v 1e300 0 0\nv 1e-300 0 0\nv 0 1e300 0\nv 0 0 1e300\n"),
     "fine.stl": stl(1, (0, 0, 0, 1, 0, 0, 0, 1, 0)),
     "text.stl": b"solid caf\xc3\xa9\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n"

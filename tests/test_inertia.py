@@ -48,7 +48,7 @@ def test_beyond_the_spectrum():
     assert [inertia.count_below(S, x) for x in (-1.0, 0.0, 2.5)] == [0, 0, 20]
 
 
-def test_where_no_factorisation_is_sound_it_says_so(monkeypatch):
+def test_where_no_factorization_is_sound_it_says_so(monkeypatch):
     monkeypatch.setattr(inertia, "_GROWTH", 1e-3)
     with pytest.raises(mss.NotConverged, match=r"below 0\.3 cannot be counted"):
         inertia.count_below(flat_torus(5, 4)[0], 0.3)
@@ -100,11 +100,11 @@ def test_all_modes_are_below_the_end_of_the_spectrum():
     assert inertia.cutoff_of_modes(S, 63, Cutoff(0.5, 63, 0.1)) == Cutoff(2.0, 63, 0.0)
 
 
-def test_a_factorisation_that_does_not_fit_is_refused_with_its_size(monkeypatch):
+def test_a_factorization_that_does_not_fit_is_refused_with_its_size(monkeypatch):
     S, _ = flat_torus(40, 30)
     monkeypatch.setattr(inertia, "MEMORY_LIMIT", 1000)
     for work in (lambda: inertia.count_below(S, 0.1), lambda: inertia.cutoff_of_modes(S, 9, Cutoff(0.02, 9, 0.1))):
-        with pytest.raises(mss.TooLarge, match=r"1200 vertices needs a factorisation of 0\.0 GiB"):
+        with pytest.raises(mss.TooLarge, match=r"1200 vertices needs a factorization of 0\.0 GiB"):
             work()
 
 

@@ -19,7 +19,7 @@ def test_only_coordinates_normals_and_bounding_box_change(laden):
     held = laden.current_mesh()
     before = state.of_meshset(laden)
     assert {
-        "vertex colours",
+        "vertex colors",
         "wedge texture coordinates",
         "vertex attribute no identifier!",
         "vertex point attribute flow",

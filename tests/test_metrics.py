@@ -208,13 +208,13 @@ def test_noise_is_of_its_kind():
     hit = np.linalg.norm(move["impulses"], axis=1) > 1e-9
     assert hit.mean() == pytest.approx(0.1, rel=0.15)
     assert np.linalg.norm(move["impulses"][hit], axis=1).std() > 0.1
-    for name in ("along_view", "quantised"):
+    for name in ("along_view", "quantized"):
         assert np.linalg.matrix_rank(move[name], tol=1e-9) == 1
-    # neighbours share what is correlated, and nothing of what is white
+    # neighbors share what is correlated, and nothing of what is white
     a, b = edges(surface)[0].T
     alike = {name: np.corrcoef(of[a].ravel(), of[b].ravel())[0, 1] for name, of in move.items()}
     assert abs(alike["gaussian"]) < 0.05
     assert alike["correlated"] > 0.5
-    depths = (surface.vertices + h * move["quantised"]) @ (np.array([0.3, 0.2, 1]) / np.linalg.norm([0.3, 0.2, 1]))
+    depths = (surface.vertices + h * move["quantized"]) @ (np.array([0.3, 0.2, 1]) / np.linalg.norm([0.3, 0.2, 1]))
     steps = depths / (0.3 * h)
     assert np.abs(steps - np.round(steps)).max() < 1e-8

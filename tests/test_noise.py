@@ -3,10 +3,10 @@
 import numpy as np
 import pymeshlab
 import pytest
-from meshlab_specsmooth.noise.estimate.estimate import estimate as noise_room
 
 import meshlab_specsmooth as mss
 from meshlab_specsmooth.geometry.surface import vertex_normals
+from meshlab_specsmooth.noise.estimate import estimate as noise_room
 from tests.meshes import TETRAHEDRON, edge_of, flaws, kinds_of_noise, noisy, remeshed_box, sheet, torus
 
 TORUS, BOX = torus(80, 40), remeshed_box()
@@ -62,15 +62,15 @@ def test_impulses_are_drawn_as_impulses_and_shared_noise_as_shared():
     found = {kind: mss.estimate_noise(V, TORUS[1]) for kind, V in kinds_of_noise(TORUS)}
     on = noise_room.sheet(TORUS[0], np.ascontiguousarray(TORUS[1], dtype=np.int32))
     assert found["impulse"].hit == pytest.approx(0.2, rel=0.5)
-    drawn = noise_room.realisation(on, NORMALS, found["impulse"])
+    drawn = noise_room.realization(on, NORMALS, found["impulse"])
     assert (drawn != 0).mean() == pytest.approx(found["impulse"].hit, rel=0.1)
     assert drawn.std() == pytest.approx(found["impulse"].level, rel=0.1)
     assert 0 < found["correlated"].shared <= found["correlated"].level
-    drawn = noise_room.realisation(on, NORMALS, found["correlated"])
+    drawn = noise_room.realization(on, NORMALS, found["correlated"])
     assert drawn.std() == pytest.approx(found["correlated"].level, rel=0.1)
-    beside = np.corrcoef((drawn - on.L @ drawn)[:, 0], drawn[:, 0])[0, 1]  # mean of the neighbours
+    beside = np.corrcoef((drawn - on.L @ drawn)[:, 0], drawn[:, 0])[0, 1]  # mean of the neighbors
     assert beside > 0.9
-    assert all(found[kind].shared == 0 and found[kind].hit == 1 for kind in ("directional", "quantised"))
+    assert all(found[kind].shared == 0 and found[kind].hit == 1 for kind in ("directional", "quantized"))
 
 
 def test_the_evidence_of_white_noise_agrees_with_itself():

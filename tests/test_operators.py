@@ -1,13 +1,13 @@
 import numpy as np
 import pytest
-from meshlab_specsmooth.operators.laplacians.laplacians.laplacians import (
+
+import meshlab_specsmooth as mss
+from meshlab_specsmooth.graph.build import of_mesh
+from meshlab_specsmooth.operators.laplacians import (
     barycenters,
     gram_of_barycenters,
     laplacian_of_kind,
 )
-
-import meshlab_specsmooth as mss
-from meshlab_specsmooth.graph.build import of_mesh
 from tests.meshes import TETRAHEDRON, TRIANGLE, flaws, rough, sheet, torus, torus_eigenvalue, torus_graph, wave
 
 
@@ -30,7 +30,7 @@ EVERY_KIND = pytest.mark.parametrize("kind", ["uniform", "cotangent"])
 
 
 def test_the_uniform_laplacian_of_a_sheet_by_hand():
-    L = dense(build(sheet(2, 2)))  # two triangles: 0 and 3 have three neighbours, 1 and 2 have two
+    L = dense(build(sheet(2, 2)))  # two triangles: 0 and 3 have three neighbors, 1 and 2 have two
     assert L == pytest.approx(
         np.array(
             [[1, -1 / 3, -1 / 3, -1 / 3], [-1 / 2, 1, 0, -1 / 2], [-1 / 2, 0, 1, -1 / 2], [-1 / 3, -1 / 3, -1 / 3, 1]]
@@ -93,7 +93,7 @@ def test_cotangent_weights_see_through_a_stretched_grid_where_uniform_ones_do_no
     assert drift["cotangent"] < 1e-12 < 0.01 < drift["uniform"]
 
 
-def test_barycentres_are_the_means_of_the_corners():
+def test_barycenters_are_the_means_of_the_corners():
     V, F = rough(torus(8, 6))
     C = barycenters(F, len(V))
     assert C @ V == pytest.approx(V[F].mean(axis=1))
@@ -101,7 +101,7 @@ def test_barycentres_are_the_means_of_the_corners():
 
 
 @EVERY_MESH
-def test_the_gram_matrix_of_the_barycentres_needs_no_matrix(mesh):
+def test_the_gram_matrix_of_the_barycenters_needs_no_matrix(mesh):
     V, F = mesh
     graph = of_mesh(F.astype(np.int32), len(V))
     gram = gram_of_barycenters(graph)

@@ -64,7 +64,7 @@ for function in (mss.smooth, mss.low_pass, mss.enhance, mss.denoise, mss.smooth_
     assert function(*MESH).vertices.shape == (4, 3)
 assert mss.prepare(*MESH).smooth().vertices.shape == (4, 3)
 mss.spectrum(*MESH), mss.estimate_noise(*MESH), mss.estimate_error(lambda V: V, *MESH)
-for name in ("MeshSet", "register", "get_spectrum", "crossing_faces", "compare", "batch"):
+for name in ("MeshSet", "register", "get_spectrum", "self_intersecting_faces", "compare", "batch"):
     try:
         getattr(mss, name)
     except mss.MissingLibrary as error:

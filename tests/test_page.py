@@ -126,9 +126,9 @@ def test_before_and_after(opened, tmp_path):
 
 @in_a_browser
 @pytest.mark.parametrize("key", ["error", "displacement", "curvature"])
-def test_colours_have_a_common_scale_and_a_legend(opened, tmp_path, key):
+def test_colors_have_a_common_scale_and_a_legend(opened, tmp_path, key):
     assert opened.locator("#legend").is_hidden()
-    opened.select_option("#colour", key)
+    opened.select_option("#color", key)
     image = drawn(pixels(opened, 0, tmp_path))
     surface = (image < 250).any(axis=2)
     saturation = np.ptp(image, axis=2)[surface]

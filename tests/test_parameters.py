@@ -72,8 +72,8 @@ def test_what_no_parameter_can_be_is_refused_by_name(name):
         (mss.smooth, {"barycenter_weight": np.ones(30)}, r"is an array of shape \(30,\); it must be one number"),
         (mss.smooth, {"barycenter_weight": 1e300}, r"barycenter_weight is 1e\+300; it must be one number from 1.5e-08"),
         (mss.smooth, {"barycenter_weight": 1e-300}, "barycenter_weight is 1e-300"),
-        (mss.smooth, {"passes": 10**6}, "passes is 1000000; it must be a whole number from 1 to 1000"),
-        (mss.smooth, {"passes": True}, "passes is True"),
+        (mss.smooth, {"iterations": 10**6}, "iterations is 1000000; it must be a whole number from 1 to 1000"),
+        (mss.smooth, {"iterations": True}, "iterations is True"),
         (mss.smooth, {"feature_gain": 1e300}, "feature_gain is 1e"),
         (mss.smooth, {"wavelength": True}, "wavelength is True"),
         (mss.smooth, {"response": None}, "response is None; it must be one of"),
@@ -84,8 +84,8 @@ def test_what_no_parameter_can_be_is_refused_by_name(name):
         (mss.enhance, {"barycenter_weight": None}, "barycenter_weight is None"),
         (mss.smooth_edge_aware, {"strength": 1e-300}, "strength is 1e-300; it must be one number from 2.22e-16"),
         (mss.smooth_edge_aware, {"strength": 1e300}, "strength is 1e"),
-        (mss.smooth_edge_aware, {"range_width": 1e-300}, "range_width is 1e-300"),
-        (mss.smooth_edge_aware, {"passes": 101}, "passes is 101; it must be a whole number from 1 to 100"),
+        (mss.smooth_edge_aware, {"range_sigma": 1e-300}, "range_sigma is 1e-300"),
+        (mss.smooth_edge_aware, {"iterations": 101}, "iterations is 101; it must be a whole number from 1 to 100"),
         (mss.spectrum, {"bands": 10**9}, "bands is 1000000000"),
         (mss.spectrum, {"bands": 8.0}, "bands is 8.0"),
     ],
@@ -101,18 +101,18 @@ def test_numbers_of_every_kind_are_numbers():
             mss.smooth(V, F, barycenter_weight=weight, wavelength=np.float32(4)).vertices,
             mss.smooth(V, F, barycenter_weight=0.5, wavelength=4).vertices,
         )
-    for passes in (np.int8(2), np.uint64(2), np.array(2)):
-        assert mss.smooth(V, F, barycenter_weight=np.int64(1), passes=passes).passes == 2
+    for iterations in (np.int8(2), np.uint64(2), np.array(2)):
+        assert mss.smooth(V, F, barycenter_weight=np.int64(1), iterations=iterations).iterations == 2
 
 
-@pytest.mark.parametrize(("low", "name"), [(0, "weight"), (1, "weight"), (0, "strength"), (1, "range_width")])
+@pytest.mark.parametrize(("low", "name"), [(0, "weight"), (1, "weight"), (0, "strength"), (1, "range_sigma")])
 def test_at_the_ends_of_ranges_results_are_finite(low, name):
     bounds = {"weight": parameters.BARYCENTER_WEIGHTS, "strength": parameters.STRENGTHS}
-    value = (bounds | {"range_width": parameters.RANGE_WIDTHS})[name][low]
+    value = (bounds | {"range_sigma": parameters.RANGE_SIGMAS})[name][low]
     if name == "weight":
         results = [mss.smooth(V, F, barycenter_weight=value), mss.enhance(V, F, barycenter_weight=value, gain=2.0**26)]
     else:
-        results = [mss.smooth_edge_aware(V, F, passes=2, **({"strength": 1.0, "range_width": 0.3} | {name: value}))]
+        results = [mss.smooth_edge_aware(V, F, iterations=2, **({"strength": 1.0, "range_sigma": 0.3} | {name: value}))]
     assert all(np.isfinite(result.vertices).all() for result in results)
 
 

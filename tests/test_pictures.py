@@ -24,7 +24,7 @@ def test_a_picture_shows_each_surface_in_its_place(tmp_path):
     left, right = top[:, :360], top[:, 360:]
 
     def shading(half):
-        """How much neighbouring pixels of the surface differ; the white background left out."""
+        """How much neighboring pixels of the surface differ; the white background left out."""
         surface = (half < 250).all(axis=2)
         inside = surface[:, 1:] & surface[:, :-1]
         return np.abs(np.diff(half.mean(axis=2), axis=1))[inside].mean(), surface.mean()

@@ -1,15 +1,15 @@
 import numpy as np
 import pytest
-from meshlab_specsmooth.operators.laplacians.laplacians import reconstruction
-from meshlab_specsmooth.operators.laplacians.laplacians.laplacians import (
-    barycenters,
-    gram_of_barycenters,
-    laplacian_of_kind,
-)
-from meshlab_specsmooth.operators.laplacians.laplacians.reconstruction import Constraints
 
 import meshlab_specsmooth as mss
 from meshlab_specsmooth.graph.build import of_mesh
+from meshlab_specsmooth.operators.laplacians import (
+    barycenters,
+    gram_of_barycenters,
+    laplacian_of_kind,
+    reconstruction,
+)
+from meshlab_specsmooth.operators.reconstruction import Constraints
 from tests.meshes import TETRAHEDRON, rough, sheet, together, torus
 
 MESHES = {

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from meshlab_specsmooth.operators.laplacians.laplacians.boundary import BLENDING_RINGS
 
 import meshlab_specsmooth as mss
 from meshlab_specsmooth.comparison.metrics import add_noise
 from meshlab_specsmooth.geometry.surface import boundary_vertices, edges, face_vectors
+from meshlab_specsmooth.operators.boundary import BLENDING_RINGS
 from meshlab_specsmooth.spectral.response import response
 from tests.meshes import rough, sheet, torus, torus_eigenvalue, torus_graph, wave
 
@@ -82,7 +82,7 @@ def test_small_holes_are_not_closed():
     assert (short.vertices[rim] != V[rim]).all(axis=1).any()
 
 
-def test_the_curve_is_the_best_of_the_three_and_free_draws_the_rim_inwards():
+def test_the_curve_is_the_best_of_the_three_and_free_draws_the_rim_inward():
     results = {name: smoothed(boundary=name, barycenter_weight=0.3) for name in ("free", "fixed", "curve")}
     at_rim = {name: error(result, RIM) for name, result in results.items()}
     everywhere = {name: error(result, slice(None)) for name, result in results.items()}

@@ -33,7 +33,7 @@ def results():
         "given": mss.smooth(*ROUGH, barycenter_weight=0.3),
         "low_pass": mss.low_pass(*ROUGH),
         "denoise": mss.denoise(*ROUGH),
-        "edge_aware": mss.smooth_edge_aware(*ROUGH, strength=1.0, range_width=0.3, passes=3),
+        "edge_aware": mss.smooth_edge_aware(*ROUGH, strength=1.0, range_sigma=0.3, iterations=3),
         "noise": mss.estimate_noise(*ROUGH),
         "error": mss.estimate_error(lambda V: V, *ROUGH, probes=2),
         "spectrum": mss.spectrum(*ROUGH),
@@ -113,12 +113,14 @@ def test_the_sentence_says_what_was_taken_and_why(results):
     weight = smooth.barycenter_weight
     assert smooth.summary == f"isotropic, barycenter weight {weight:.3g} by estimated error {error} edges; {level}"
     taken = denoise.considered[0]
-    others = [row.error for row in denoise.considered if (row.setting.passes == 0) != (taken.setting.passes == 0)]
+    others = [
+        row.error for row in denoise.considered if (row.setting.iterations == 0) != (taken.setting.iterations == 0)
+    ]
     assert denoise.summary.startswith("took ")
     assert f"estimated error {noise.format_error(taken.error)} edges" in denoise.summary
     other = noise.format_error(min(others))
     other = "as well" if other == noise.format_error(taken.error) else other
-    assert f"; {'isotropic' if taken.setting.passes else 'edge-aware'} {other}; " in denoise.summary
+    assert f"; {'isotropic' if taken.setting.iterations else 'edge-aware'} {other}; " in denoise.summary
     assert denoise.summary.endswith(level)
     assert results["of a MeshSet"].summary == denoise.summary
     assert results["edge_aware"].summary.startswith("edge-aware smoothing, 3 iterations as given; moved by ")
@@ -199,7 +201,7 @@ def test_one_level_by_every_road(tmp_path, capsys):
     expected = mss.estimate_noise(*mesh)
     stated = [
         mss.denoise(*mesh).noise,
-        mss.smooth_edge_aware(*mesh, strength=1.0, range_width=0.3, passes=1).noise,
+        mss.smooth_edge_aware(*mesh, strength=1.0, range_sigma=0.3, iterations=1).noise,
         mss.apply_coord_spectral_smoothing(meshset.new(*mesh))["noise"],
         mss.apply_coord_spectral_denoising(meshset.new(*mesh))["noise"],
         mss.get_spectrum(meshset.new(*mesh))["noise"],

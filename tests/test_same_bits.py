@@ -31,10 +31,10 @@ if extra == "with":  # without it BLAS's own threads show in these, and the sear
         results[f"{modes} modes"] = mss.smooth(V, F, modes=modes, method="exact", barycenter_weight=1.0)
     results["all modes"] = mss.low_pass(*small, wavelength=5.0, response="heat", method="exact")
     results["modes estimated"] = mss.smooth(V, F, modes=90, barycenter_weight=1.0)
-    results["modes counted"] = mss.smooth(V, F, modes=90, counting="exact", barycenter_weight=1.0)
+    results["modes counted"] = mss.smooth(V, F, modes=90, mode_count="exact", barycenter_weight=1.0)
     results["spectrum of a small mesh"] = mss.spectrum(*small)
 else:
-    results["edge-aware"] = mss.smooth_edge_aware(V, F, strength=1.0, range_width=0.3, passes=2)
+    results["edge-aware"] = mss.smooth_edge_aware(V, F, strength=1.0, range_sigma=0.3, iterations=2)
 for name, result in results.items():
     # the evidence as well, but for the time that it took
     parts = [np.asarray(part).tobytes() if not isinstance(part, str | mss.Noise | tuple | None) else repr(part).encode()

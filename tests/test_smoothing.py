@@ -5,10 +5,10 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from meshlab_specsmooth.operators.laplacians.laplacians import reconstruction
 
 import meshlab_specsmooth as mss
 from meshlab_specsmooth.geometry.surface import signed_volume
+from meshlab_specsmooth.operators.laplacians import reconstruction
 from meshlab_specsmooth.runtime import memory
 from meshlab_specsmooth.spectral.response import RESPONSES, response
 from tests.meshes import (
@@ -74,7 +74,7 @@ def test_the_result_scales_with_the_mesh(smoother, method, scale):
     assert scaled.vertices / scale == pytest.approx(one.vertices, rel=1e-9, abs=1e-9)
     for length in ("wavelength", "mean_edge", "displacement"):
         assert getattr(scaled, length) / scale == pytest.approx(getattr(one, length), rel=1e-9)
-    for number in ("cutoff", "degree", "iterations"):
+    for number in ("cutoff", "degree", "cg_iterations"):
         assert getattr(scaled, number) == pytest.approx(getattr(one, number))
 
 
@@ -140,11 +140,11 @@ def test_a_large_weight_gives_the_surface_back(name):
     V, F = rough(sheet(8, 6))
     free = moved(mss.smooth(V, F, modes=6, response=name, barycenter_weight=1.0), (V, F))
     held = [moved(mss.smooth(V, F, modes=6, response=name, barycenter_weight=w), (V, F)) for w in (10.0, 1000.0)]
-    # an open sheet's corners have one or two faces, so the barycentres alone do not hold every vertex
+    # an open sheet's corners have one or two faces, so the barycenters alone do not hold every vertex
     assert held[1] <= held[0] < free
 
 
-def test_a_large_weight_holds_the_barycentres():
+def test_a_large_weight_holds_the_barycenters():
     V, F = CLOSED
     result = mss.smooth(V, F, modes=6, barycenter_weight=300.0)
     assert result.vertices[F].mean(axis=1) == pytest.approx(V[F].mean(axis=1), abs=1e-4 * result.mean_edge)
@@ -226,9 +226,9 @@ def test_unreferenced_and_doubled_faces_change_nothing_they_should_not():
     V, F = OPEN
     once = mss.smooth(V, F, modes=10, barycenter_weight=1.0, boundary="free")
     plain = once.vertices
-    backwards = mss.smooth(V, F[:, ::-1], modes=10, barycenter_weight=1.0, boundary="free").vertices
-    assert backwards == pytest.approx(plain, abs=1e-7)
-    # a mesh whose faces all count twice holds its barycentres with root 2 times the weight
+    backward = mss.smooth(V, F[:, ::-1], modes=10, barycenter_weight=1.0, boundary="free").vertices
+    assert backward == pytest.approx(plain, abs=1e-7)
+    # a mesh whose faces all count twice holds its barycenters with root 2 times the weight
     twice = mss.smooth(V, np.concatenate([F, F]), modes=10, barycenter_weight=1 / np.sqrt(2), boundary="free")
     assert twice.vertices == pytest.approx(plain, abs=1e-3 * once.displacement)
 
@@ -253,7 +253,7 @@ def test_detail_far_from_the_origin_survives():
     assert far.displacement > 100 * np.spacing(2e6)
 
 
-def test_a_single_triangle_keeps_its_barycentre():
+def test_a_single_triangle_keeps_its_barycenter():
     V, F = TRIANGLE
     result = mss.smooth(V, F, modes=1)
     assert result.vertices.mean(axis=0) == pytest.approx(V.mean(axis=0))
@@ -311,8 +311,8 @@ def test_no_component_loses_its_place_however_few_modes_are_kept(method):
     np.add.at(degree, ends.ravel(), 1)
     for i in range(12):
         part = slice(20 * i, 20 * i + 20)
-        centre = [np.average(W[part], axis=0, weights=degree[part]) for W in (islands[0], result.vertices)]
-        assert centre[1] == pytest.approx(centre[0], abs=1e-4)
+        center = [np.average(W[part], axis=0, weights=degree[part]) for W in (islands[0], result.vertices)]
+        assert center[1] == pytest.approx(center[0], abs=1e-4)
 
 
 @pytest.mark.no_cover
@@ -330,17 +330,17 @@ def test_waves_of_any_length_may_be_asked_for(wavelength):
     result = mss.smooth(V, F, wavelength=wavelength, boundary="free")
     extreme = mss.smooth(V, F, modes=len(V) if wavelength < 1 else 1, boundary="free")
     assert result.vertices == pytest.approx(extreme.vertices, abs=1e-6)
-    centre = mss.low_pass(V, F, wavelength=1e9, response="heat", method="exact").vertices
-    assert centre.std(axis=0) == pytest.approx(0, abs=1e-9)
+    center = mss.low_pass(V, F, wavelength=1e9, response="heat", method="exact").vertices
+    assert center.std(axis=0) == pytest.approx(0, abs=1e-9)
 
 
 def test_passes_repeat_the_filter():
     V, F = OPEN
-    once = mss.smooth(V, F, modes=10, barycenter_weight=1.0, passes=1)
+    once = mss.smooth(V, F, modes=10, barycenter_weight=1.0, iterations=1)
     again = mss.smooth(once.vertices, F, modes=10, barycenter_weight=1.0)
-    twice = mss.smooth(V, F, modes=10, barycenter_weight=1.0, passes=2)
+    twice = mss.smooth(V, F, modes=10, barycenter_weight=1.0, iterations=2)
     assert twice.vertices == pytest.approx(again.vertices, abs=1e-7)
-    assert len(twice.iterations) == twice.passes == 2
+    assert len(twice.cg_iterations) == twice.iterations == 2
 
 
 def test_preparing_once_gives_what_smoothing_each_time_does():
@@ -360,7 +360,7 @@ def test_a_further_result_may_start_from_an_earlier_one(mesh):
     earlier = prepared.smooth(**given_, barycenter_weight=0.52)
     direct = prepared.smooth(**given_, barycenter_weight=0.5)
     begun = prepared.smooth(**given_, barycenter_weight=0.5, start=earlier)
-    assert begun.iterations[0] < direct.iterations[0]
+    assert begun.cg_iterations[0] < direct.cg_iterations[0]
     assert begun.vertices == pytest.approx(direct.vertices, abs=1e-4 * direct.displacement)
     with pytest.raises(mss.InvalidParameter, match=r"start is a result for 4 vertices; this mesh has \d+"):
         prepared.smooth(start=mss.smooth(*TETRAHEDRON))
@@ -389,11 +389,11 @@ def test_what_is_prepared_is_told_in_a_line():
 @BOTH_METHODS
 def test_runs_of_one_preparation_share_memory_and_do_not_feel_each_other(method):
     weights = [0.5, 1.0, 2.0, 0.5, 1.0, 2.0]
-    alone = [mss.prepare(*OPEN).smooth(method=method, barycenter_weight=w, passes=2).vertices for w in weights]
+    alone = [mss.prepare(*OPEN).smooth(method=method, barycenter_weight=w, iterations=2).vertices for w in weights]
     prepared = mss.prepare(*OPEN)
 
     def run(weight):
-        return prepared.smooth(method=method, barycenter_weight=weight, passes=2).vertices
+        return prepared.smooth(method=method, barycenter_weight=weight, iterations=2).vertices
 
     with ThreadPoolExecutor(3) as pool:
         for together_ in (map(run, weights), pool.map(run, weights)):
@@ -408,7 +408,7 @@ def test_a_run_has_its_memory_for_itself_while_others_run():
     """A run inside of another, at many of the places where threads could take turns as well."""
 
     def run(weight, progress=None):
-        found = prepared.smooth(method="chebyshev", barycenter_weight=weight, passes=2, progress=progress)
+        found = prepared.smooth(method="chebyshev", barycenter_weight=weight, iterations=2, progress=progress)
         return found.vertices
 
     prepared = mss.prepare(*OPEN)
@@ -426,12 +426,12 @@ def test_a_run_has_its_memory_for_itself_while_others_run():
 
 def test_the_evidence_is_true():
     V, F = CLOSED
-    result = mss.smooth(V, F, modes=13, method="chebyshev", response="butterworth", barycenter_weight=0.5, passes=2)
+    result = mss.smooth(V, F, modes=13, method="chebyshev", response="butterworth", barycenter_weight=0.5, iterations=2)
     edge = np.linalg.norm(V[F] - V[F[:, [1, 2, 0]]], axis=2).mean()  # every edge of a closed mesh twice
     assert result.mean_edge == pytest.approx(edge)
     assert result.displacement == pytest.approx(np.sqrt(((result.vertices - V) ** 2).sum(axis=1).mean()))
     assert result.wavelength == pytest.approx(np.pi / np.sqrt(result.cutoff) * edge)
-    assert (result.modes, result.modes_error, result.passes, result.laplacian) == (13, 0, 2, "uniform")
+    assert (result.modes, result.modes_error, result.iterations, result.laplacian) == (13, 0, 2, "uniform")
     assert (result.method, result.barycenter_weight) == ("chebyshev", 0.5)
     assert result.response == response("butterworth", result.cutoff).label
     assert result.degree > 10
@@ -439,7 +439,7 @@ def test_the_evidence_is_true():
     assert 0 < result.residual < reconstruction.tolerance(0.5)
     assert result.seconds > 0
     plain = mss.low_pass(V, F, modes=12)
-    assert (plain.barycenter_weight, plain.iterations, plain.residual, plain.passes) == (0, (), 0, 1)
+    assert (plain.barycenter_weight, plain.cg_iterations, plain.residual, plain.iterations) == (0, (), 0, 1)
 
 
 def test_by_default_waves_longer_than_20_edges_are_kept():
@@ -461,7 +461,7 @@ def test_by_default_waves_longer_than_20_edges_are_kept():
         ({"wavelength": np.nan}, "positive length"),
         ({"barycenter_weight": 0.0}, "for the limit 0, low_pass"),
         ({"barycenter_weight": np.nan}, "one number from 1.5e-08 to 6.7e\\+07"),
-        ({"passes": 0}, "passes is 0"),
+        ({"iterations": 0}, "iterations is 0"),
         ({"response": "box"}, "response is 'box'"),
         ({"laplacian": "graph"}, "laplacian is 'graph'; it must be one of 'uniform', 'cotangent'"),
         ({"method": "qr"}, "method is 'qr'"),
@@ -490,13 +490,13 @@ def test_a_basis_too_large_for_memory_is_refused_before_it_is_computed():
         mss.smooth(V, F, modes=200, response="heat", method="exact")
 
 
-@pytest.mark.parametrize("passes", [1, 3])
-def test_progress_rises_to_one(passes):
+@pytest.mark.parametrize("iterations", [1, 3])
+def test_progress_rises_to_one(iterations):
     seen = []
-    mss.smooth(*CLOSED, modes=10, method="chebyshev", passes=passes, progress=seen.append)
+    mss.smooth(*CLOSED, modes=10, method="chebyshev", iterations=iterations, progress=seen.append)
     assert seen == sorted(seen)
     assert seen[-1] == 1
-    assert len(seen) > 10 * passes
+    assert len(seen) > 10 * iterations
 
 
 @pytest.mark.no_cover
@@ -515,12 +515,12 @@ def test_progress_has_many_steps_that_are_no_leaps(call, method):
 def test_counting_exactly_is_exact():
     mesh = rough(sheet(38, 30))  # on which no eigenvalues are equal
     estimated = mss.smooth(*mesh, modes=100)
-    exact = mss.smooth(*mesh, modes=100, counting="exact")
+    exact = mss.smooth(*mesh, modes=100, mode_count="exact")
     known = np.linalg.eigvalsh(twin(mesh).toarray())
     assert (exact.modes_error, exact.modes) == (0, np.searchsorted(known, exact.cutoff)) == (0, 100)
     assert abs(np.searchsorted(known, estimated.cutoff) - 100) < 4 * estimated.modes_error * 100 + 1
-    with pytest.raises(mss.InvalidParameter, match="counting is 'by hand'; it must be one of 'estimated', 'exact'"):
-        mss.smooth(*mesh, modes=100, counting="by hand")
+    with pytest.raises(mss.InvalidParameter, match="mode_count is 'by hand'; it must be one of 'estimate', 'exact'"):
+        mss.smooth(*mesh, modes=100, mode_count="by hand")
 
 
 def test_what_does_not_fit_in_memory_is_refused_beforehand(monkeypatch):

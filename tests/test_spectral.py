@@ -2,10 +2,10 @@ import functools
 
 import numpy as np
 import pytest
-from meshlab_specsmooth.operators.laplacians.laplacians.reconstruction import passed_on
 
 import meshlab_specsmooth as mss
 from meshlab_specsmooth.graph.kernels import COLUMNS
+from meshlab_specsmooth.operators.reconstruction import passed_on
 from meshlab_specsmooth.spectral import chebyshev, density, eigenbasis
 from meshlab_specsmooth.spectral.cutoff import WEYL, Cutoff, from_wavelength, lattice_share, wavelength_in_edges
 from meshlab_specsmooth.spectral.design import design

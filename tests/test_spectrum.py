@@ -16,7 +16,7 @@ def test_modes_and_energies_add_up(mesh):
     assert (np.diff(result.eigenvalue) >= 0).all()
     if result.method == "exact":
         energy = ((V - V.mean(axis=0)) ** 2).sum()
-        assert result.coordinate_power.sum() == pytest.approx(energy)  # every vertex of the torus has six neighbours
+        assert result.coordinate_power.sum() == pytest.approx(energy)  # every vertex of the torus has six neighbors
 
 
 @pytest.mark.parametrize(("nx", "ny"), [(18, 12), (60, 40)])

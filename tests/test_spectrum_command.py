@@ -6,11 +6,11 @@ import sys
 
 import numpy as np
 import pytest
-from meshlab_specsmooth.operators.laplacians.laplacians.reconstruction import transferred
 
 import meshlab_specsmooth as mss
 from meshlab_specsmooth.cli import main
 from meshlab_specsmooth.meshlab import files, meshset
+from meshlab_specsmooth.operators.reconstruction import transferred
 from tests.meshes import rough, torus, torus_graph
 
 

@@ -34,7 +34,7 @@ def hands(**moved):
 def test_sliders_say_where_they_stand():
     setting = Setting(20.0, 0.3, "heat", 1.0)
     assert window.sliders(hands(), setting, with_gain=True) is setting
-    moved = hands(**{"waves kept, in edges": 1e9, "barycentre weight": 0.0, "response": 0, "feature gain": -1.0})
+    moved = hands(**{"waves kept, in edges": 1e9, "barycenter weight": 0.0, "response": 0, "feature gain": -1.0})
     # numbers that are typed in may be out of range
     assert window.sliders(moved, setting, with_gain=True) == Setting(200.0, 0.02, "ideal", 0.0)
     assert window.sliders(moved, setting, with_gain=False).gain == 1.0
@@ -45,7 +45,7 @@ def test_a_further_setting_starts_from_the_last():
     first = window.smoothed(prepared, Setting(20.0, 0.3, "heat"))
     near = Setting(20.0, 0.31, "heat")
     again, anew = window.smoothed(prepared, near, start=first), window.smoothed(prepared, near)
-    assert sum(again.iterations) < sum(anew.iterations)
+    assert sum(again.cg_iterations) < sum(anew.cg_iterations)
     assert again.vertices == pytest.approx(anew.vertices, abs=1e-3 * anew.displacement)
     assert f"{again.modes:.0f} modes kept" in window.told(again)
 

@@ -21,19 +21,19 @@ CALLS = """
 import meshlab_specsmooth as mss
 V, F = [[0.0, 0.0, 0.0]], [[0, 0, 0]]
 ms = mss.MeshSet()
-mss.smooth(V, F, response="heat", favor="normals", boundary="curve")
+mss.smooth(V, F, response="heat", criterion="normals", boundary="curve")
 mss.smooth(ms).mesh
 mss.smooth(V, F, response="foo")  # wrong
 mss.smooth(V, F, modez=3)  # wrong
-mss.denoise(V, F, favor="speed")  # wrong
+mss.denoise(V, F, criterion="speed")  # wrong
 mss.prepare(V, F).smooth(method="fast")  # wrong
 mss.apply_coord_spectral_smoothing(ms, modes=200, response="ideal")["modes"]
 mss.apply_coord_spectral_smoothing(ms, response="foo")  # wrong
 mss.apply_coord_spectral_smoothing(ms, modez=200)  # wrong
 mss.apply_coord_spectral_smoothing(ms, 200)  # wrong
 mss.apply_coord_spectral_smoothing(ms, wavelength="3")  # wrong
-ms.apply_coord_spectral_denoising(favor="normals", progress=print)["warning"]
-ms.apply_coord_spectral_denoising(favor="speed")  # wrong
+ms.apply_coord_spectral_denoising(criterion="normals", progress=print)["warning"]
+ms.apply_coord_spectral_denoising(criterion="speed")  # wrong
 ms.get_spectrum(bands="many")  # wrong
 """
 

@@ -1,4 +1,4 @@
-"""A process that smooths one mesh after the other, until it is left; :mod:`meshlab_specsmooth.batching.local` starts it.
+"""A process that smooths one mesh after the other; :mod:`meshlab_specsmooth.batching.local` starts it.
 
 A line of JSON comes in for each, and one goes out. Each mesh is read, smoothed and written in a copy of it (on Linux),
 which may die: a reader that damages the memory of its process harms its own mesh alone. It ends when nothing more can

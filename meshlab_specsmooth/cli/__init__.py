@@ -198,7 +198,7 @@ def _parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="specsmooth",
-        description="Spectral mesh smoothing with barycentre constraints, for meshes of any format that MeshLab reads.",
+        description="Spectral mesh smoothing with barycenter constraints, for meshes of any format that MeshLab reads.",
         epilog="exit codes: 0 done, 1 failed, 2 wrong usage",
     )
     parser.add_argument("--version", action="version", version=f"specsmooth {VERSION}")

@@ -17,7 +17,7 @@ from meshlab_specsmooth.errors import FileError
 from meshlab_specsmooth.geometry.surface import Surface
 from meshlab_specsmooth.meshlab import files, meshset
 from meshlab_specsmooth.report.pictures import Panel, View, close_up, front, picture
-from meshlab_specsmooth.smoothing.api.api.api import smooth
+from meshlab_specsmooth.smoothing.api import smooth
 
 SUMMARY = "show the filters side by side on the Stanford bunny"
 DESCRIPTION = """Adds seeded noise to the bunny that comes with pymeshlab, smooths it with MeshLab's Laplacian and
@@ -125,7 +125,7 @@ def _finding(rows: list[Row]) -> str:
         f"The paper's setting (200 modes, weight 1, one pass) takes {noisy.normal_error:.1f} degrees of normal error "
         f"to {paper.normal_error:.1f} here: it changes the volume by {abs(paper.volume_change):.3f} %, but smooths "
         f"{'less than' if less else 'at least as well as'} MeshLab's Laplacian ({laplacian.normal_error:.1f}). On a "
-        "mesh of this size 200 modes are so few that nearly all of the work is done by the barycentre constraints, "
+        "mesh of this size 200 modes are so few that nearly all of the work is done by the barycenter constraints, "
         "and their weight is the strength that counts: chosen from the noise measured, it leaves "
         f"{ours.normal_error:.1f} degrees, the volume changed by {abs(ours.volume_change):.3f} %. (The noise itself "
         "changed it by "

@@ -11,7 +11,7 @@ from meshlab_specsmooth.cli.progress import FILTERING, bar, notice
 from meshlab_specsmooth.describe import format_length
 from meshlab_specsmooth.geometry.surface import Surface
 from meshlab_specsmooth.meshlab import descriptors, files, filters, meshset
-from meshlab_specsmooth.meshlab.measures import crossing_faces
+from meshlab_specsmooth.meshlab.measures import self_intersecting_faces
 from meshlab_specsmooth.meshlab.parameters import check_given
 from meshlab_specsmooth.runtime.progress import announce, part
 
@@ -22,7 +22,7 @@ DESCRIPTION = """Measures the noise, tries the isotropic filter and settings of 
 surface of the setting that has the least estimated error; no parameter is needed, and no ground truth."""
 EXAMPLES = """examples:
   specsmooth denoise scan.ply smooth.ply
-  specsmooth denoise scan.ply smooth.obj --favor normals
+  specsmooth denoise scan.ply smooth.obj --criterion normals
   specsmooth denoise tile.ply smooth.ply --boundary fixed
   specsmooth denoise part.ply smooth.ply --crease-angle 60"""
 
@@ -58,8 +58,8 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def crossed(before: Floats, after: Floats, faces: Integers) -> tuple[int, int]:
-    """How many faces run through others afterwards, and how many of them did not before."""
-    crossing = crossing_faces(after, faces)
+    """How many faces run through others afterward, and how many of them did not before."""
+    crossing = self_intersecting_faces(after, faces)
     if not crossing.any():
         return 0, 0  # as nearly always, and the count is slow
-    return int(crossing.sum()), int((crossing & ~crossing_faces(before, faces)).sum())
+    return int(crossing.sum()), int((crossing & ~self_intersecting_faces(before, faces)).sum())

@@ -11,7 +11,7 @@ from meshlab_specsmooth.cli.progress import notice
 from meshlab_specsmooth.meshlab import descriptors, files, filters, meshset, precision, scripts
 from meshlab_specsmooth.meshlab.parameters import resolve
 from meshlab_specsmooth.report.window import WEIGHTS, Setting, tune
-from meshlab_specsmooth.smoothing.api.api.api import DEFAULT_WAVELENGTH_IN_EDGES, SmoothingResult, prepare
+from meshlab_specsmooth.smoothing.api import DEFAULT_WAVELENGTH_IN_EDGES, SmoothingResult, prepare
 from meshlab_specsmooth.spectral.response import name_of
 
 _DESCRIPTOR = descriptors.load("apply_coord_spectral_smoothing")

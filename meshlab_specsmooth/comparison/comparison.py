@@ -12,12 +12,12 @@ import numpy as np
 from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.comparison.competitors import Competitor
 from meshlab_specsmooth.geometry.surface import Surface
-from meshlab_specsmooth.noise.estimate.estimate.estimate import CORRELATED, IMPULSE, NONE, UNCLEAR, Noise
+from meshlab_specsmooth.noise.estimate import CORRELATED, IMPULSE, NONE, UNCLEAR, Noise
 
 # Kinds of noise that the estimate is not made for, in words
 _BEYOND = {
     IMPULSE: "a few vertices are far off",
-    CORRELATED: "neighbouring vertices share this noise",
+    CORRELATED: "neighboring vertices share this noise",
     UNCLEAR: "noise cannot be told from shape on these triangles",
 }
 # A filter that is so many times faster than another is called so
@@ -123,7 +123,7 @@ MEASURES = {
             "mean offset",
             "edges",
             "Volume swept per area: mean move along the normals against the truth, or the mesh as given; negative "
-            "inwards. Open meshes have it, too.",
+            "inward. Open meshes have it, too.",
             "zero",
         ),
         Measure("area", "area", "%", "Change of the area against the mesh as given; noise itself adds area.", "", 2),
@@ -131,7 +131,7 @@ MEASURES = {
         Measure(
             "displacement", "moved", "edges", "Root mean square distance of the vertices from where they were.", ""
         ),
-        Measure("dihedral", "dihedral", "degrees", "Mean angle between the normals of neighbouring faces.", "", 2),
+        Measure("dihedral", "dihedral", "degrees", "Mean angle between the normals of neighboring faces.", "", 2),
         Measure(
             "quality",
             "triangles",
@@ -173,7 +173,7 @@ class Row:
         that difference: it is smaller than that of either, as both had the same probes and noise level.
     chosen : mapping
         Parameters that the filter chose by itself.
-    colours : mapping
+    colors : mapping
         (n,) arrays: ``"displacement"``, ``"curvature"`` and, with the truth, ``"error"``; in mean edges.
     power : (b,) float64
         Power of a mode in each band, relative to the mesh as given where that is not 0.
@@ -191,7 +191,7 @@ class Row:
     behind: float = math.nan
     behind_uncertainty: float = math.nan
     chosen: Mapping[str, object] = field(default_factory=dict)
-    colours: Mapping[str, Floats] = field(default_factory=dict)
+    colors: Mapping[str, Floats] = field(default_factory=dict)
     power: Floats | None = None
     response: Floats | None = None
     hash: str = ""

@@ -40,8 +40,8 @@ class Competitor:
     ----------
     name, filter : str
     parameters : mapping
-        Those that are not left at their defaults; a :class:`~meshlab_specsmooth.meshlab.descriptors.Length` is a share of the
-        bounding box's diagonal.
+        Those that are not left at their defaults; a
+        :class:`~meshlab_specsmooth.meshlab.descriptors.Length` is a fraction of the bounding box's diagonal.
     times : int
         How often in succession.
     strength : Strength, optional
@@ -129,7 +129,7 @@ def _typed(value: Any) -> str:
 
 
 _SELECTION = "MeshLab's filter ignores its parameter selected, and works on selected faces alone if there are any."
-_EDGE_AWARE = ("start", "strength", "range_width", "passes", "barycenter_weight")
+_EDGE_AWARE = ("start", "strength", "range_sigma", "iterations", "barycenter_weight")
 _STEPS = (1, 2, 3, 5, 8, 13)
 
 COMPETITORS = {
@@ -199,7 +199,7 @@ COMPETITORS = {
             "apply_coord_spectral_smoothing",
             {"modes": 200, "barycenter_weight": 1.0},
             strength=Strength("modes", (50, 200, 0.1)),
-            notes=("The paper's one parameter is the number of modes; its strength is the barycentre weight, 1.",),
+            notes=("The paper's one parameter is the number of modes; its strength is the barycenter weight, 1.",),
             key="paper",
         ),
         Competitor(

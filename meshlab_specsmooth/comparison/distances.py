@@ -11,8 +11,8 @@ from scipy.spatial import cKDTree
 from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.geometry.surface import Surface
 
-# neighbours asked for first, and how many point-triangle pairs are looked at in one go: some 200 bytes each
-_FIRST_NEIGHBOURS = 16
+# neighbors asked for first, and how many point-triangle pairs are looked at in one go: some 200 bytes each
+_FIRST_NEIGHBORS = 16
 _PAIRS_AT_ONCE = 2**19
 
 
@@ -70,7 +70,7 @@ class _Class:
 def _improve(best: Floats, points: Floats, triangles: _Class) -> None:
     """Lower the squared distances ``best`` to those of a class of triangles."""
     tree, count, radius = cKDTree(triangles.centroids), len(triangles.centroids), triangles.radii.max()
-    left, seen, wanted = np.arange(len(points)), 0, min(_FIRST_NEIGHBOURS, count)
+    left, seen, wanted = np.arange(len(points)), 0, min(_FIRST_NEIGHBORS, count)
     if np.isfinite(best).all():
         left = left[tree.query(points)[0] - radius < np.sqrt(best)]
     while len(left):

@@ -34,12 +34,12 @@ from meshlab_specsmooth.geometry.surface import (
 from meshlab_specsmooth.graph.laplacian import Laplacian
 from meshlab_specsmooth.isolation.child import Child, Ran
 from meshlab_specsmooth.meshlab.descriptors import Length, load
-from meshlab_specsmooth.meshlab.measures import crossing_faces, hausdorff
-from meshlab_specsmooth.noise.estimate.estimate.estimate import UNCLEAR, Noise
+from meshlab_specsmooth.meshlab.measures import hausdorff, self_intersecting_faces
+from meshlab_specsmooth.noise.estimate import UNCLEAR, Noise
 from meshlab_specsmooth.parameters import NOISE_IN_EXTENTS, check_number
 from meshlab_specsmooth.risk.estimation import PreparedError, prepare_error
 from meshlab_specsmooth.runtime.progress import Progress
-from meshlab_specsmooth.smoothing.api.api.api import assemble
+from meshlab_specsmooth.smoothing.api import assemble
 from meshlab_specsmooth.spectral.density import band_energies
 from meshlab_specsmooth.version import VERSION
 
@@ -268,7 +268,7 @@ class _Bench:
         return values
 
     def full(self, result: Surface) -> tuple[dict[str, float], dict[str, Floats]]:
-        """All measures, and what surfaces are coloured by."""
+        """All measures, and what surfaces are colored by."""
         ruler, values = self.ruler, self.quick(result)
         values |= {
             "area": 100 * (shape.area(result) / shape.area(self.given) - 1),
@@ -277,11 +277,11 @@ class _Bench:
             "flips": metrics.flipped(result, ruler.surface),
         }
         if not self.once:
-            values["intersections"] = 100 * float(crossing_faces(result.vertices, result.faces).mean())
+            values["intersections"] = 100 * float(self_intersecting_faces(result.vertices, result.faces).mean())
         rim = shape.boundary_length(self.given)
         if rim > 0:
             values["boundary"] = 100 * (shape.boundary_length(result) / rim - 1)
-        colours = {
+        colors = {
             "displacement": np.linalg.norm(result.vertices - self.given.vertices, axis=1) / ruler.edge,
             "curvature": shape.mean_curvature(ruler, result),
         }
@@ -289,14 +289,14 @@ class _Bench:
             values["vertex_error"] = metrics.vertex_error(result, self.truth)
         if self.truth is not None and self.once and self.corresponds:
             along = ((result.vertices - self.truth.vertices) * ruler.normals).sum(axis=1)
-            colours["error"] = np.abs(along) / ruler.edge
+            colors["error"] = np.abs(along) / ruler.edge
         elif self.truth is not None:
             far = distances(result.vertices, self.truth)
             values["surface_error"] = metrics.root_mean_square(far, result) / ruler.edge
-            colours["error"] = far / ruler.edge
+            colors["error"] = far / ruler.edge
             if not self.once:
                 values["hausdorff"] = hausdorff(result, self.truth) / ruler.edge
-        return values, colours
+        return values, colors
 
     def power(self, vertices: Floats) -> Floats:
         """(b,) energy of the differential coordinates in each band, in squared mean edges."""
@@ -470,7 +470,7 @@ def _swept(child: Child, competitor: Competitor, bench: _Bench, steps: _Steps) -
 
 def _row(competitor: Competitor | None, bench: _Bench, ran: Ran, estimated: _Estimated | None) -> Row:
     surface = Surface(ran.vertices, bench.given.faces)
-    values, colours = bench.full(surface)
+    values, colors = bench.full(surface)
     uncertainty = math.nan
     if estimated is not None:
         values["estimated_error"], uncertainty = estimated.error, estimated.uncertainty
@@ -478,7 +478,7 @@ def _row(competitor: Competitor | None, bench: _Bench, ran: Ran, estimated: _Est
         values["seconds"] = ran.seconds
     chosen = {} if competitor is None else {name: ran.output[name] for name in competitor.holds if name in ran.output}
     digest = hashlib.sha256(np.ascontiguousarray(ran.vertices).tobytes()).hexdigest()
-    return Row(competitor, surface, "", values, uncertainty, chosen=chosen, colours=colours, hash=digest)
+    return Row(competitor, surface, "", values, uncertainty, chosen=chosen, colors=colors, hash=digest)
 
 
 def _compared(rows: Sequence[tuple[Row, _Estimated | None]]) -> tuple[Row, ...]:

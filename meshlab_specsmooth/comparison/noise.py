@@ -41,7 +41,7 @@ def impulses(surface: Surface, level: float, seed: int, share: float = 0.1) -> F
 
 
 def correlated(surface: Surface, level: float, seed: int, rings: int = 2) -> Floats:
-    """Noise on every coordinate that neighbours share: white noise averaged over ``rings`` rings, then of ``level``."""
+    """Noise on every coordinate that neighbors share: white noise averaged over ``rings`` rings, then of ``level``."""
     ends, _ = edges(surface)
     n = len(surface.vertices)
     one_way = coo_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(n, n))
@@ -60,7 +60,7 @@ def along_view(surface: Surface, level: float, seed: int, view: tuple[float, flo
     return _moved(surface, direction[None], level * _white(surface, seed)[:, 0])
 
 
-def quantised(surface: Surface, level: float, seed: int, view: tuple[float, float, float] = (0.3, 0.2, 1.0)) -> Floats:
+def quantized(surface: Surface, level: float, seed: int, view: tuple[float, float, float] = (0.3, 0.2, 1.0)) -> Floats:
     """Depth along one direction in steps of ``level`` mean edges, after white noise of a quarter of a step."""
     h, direction = mean_edge_length(surface), np.array(view) / np.linalg.norm(view)
     depth = surface.vertices @ direction
@@ -69,7 +69,7 @@ def quantised(surface: Surface, level: float, seed: int, view: tuple[float, floa
     return np.asarray(surface.vertices + (np.round(measured / step) * step - depth)[:, None] * direction)
 
 
-KINDS = {f.__name__: f for f in (gaussian, along_normals, impulses, correlated, along_view, quantised)}
+KINDS = {f.__name__: f for f in (gaussian, along_normals, impulses, correlated, along_view, quantized)}
 
 
 def _white(surface: Surface, seed: int) -> Floats:

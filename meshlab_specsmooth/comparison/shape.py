@@ -102,7 +102,7 @@ class Ruler:
         return float(np.sqrt((along**2).mean())) / self.edge
 
     def offset(self, result: Surface) -> float:
-        """Mean move along the normals, weighted by area, in mean edges: volume swept per area; negative inwards."""
+        """Mean move along the normals, weighted by area, in mean edges: volume swept per area; negative inward."""
         surface = self.surface
         weights = np.repeat(np.linalg.norm(face_vectors(surface), axis=1), 3)
         areas = np.bincount(surface.faces.ravel(), weights, len(surface.vertices))

@@ -19,14 +19,14 @@ from dataclasses import replace
 import numpy.typing as npt
 
 from meshlab_specsmooth.adapters import Mesh, accept_meshes, recognize
-from meshlab_specsmooth.choices import Boundary, Favor, Start
-from meshlab_specsmooth.edge_aware.denoising import FAVORS, denoised
+from meshlab_specsmooth.choices import Boundary, Criterion, Start
+from meshlab_specsmooth.edge_aware.denoising import CRITERIA, denoised
 from meshlab_specsmooth.edge_aware.regions import region_of
 from meshlab_specsmooth.edge_aware.result import Considered, EdgeAwareResult, Setting
 from meshlab_specsmooth.edge_aware.search import Fixed
 from meshlab_specsmooth.parameters import (
-    MOST_FACE_PASSES,
-    RANGE_WIDTHS,
+    MAX_FACE_ITERATIONS,
+    RANGE_SIGMAS,
     STRENGTHS,
     check_barycenter_weight,
     check_choice,
@@ -39,7 +39,7 @@ from meshlab_specsmooth.runtime.progress import Progress, finish
 
 STARTS = ("auto", "given", "smoothed")
 
-__all__ = ["FAVORS", "STARTS", "Considered", "EdgeAwareResult", "Setting", "denoise", "smooth_edge_aware"]
+__all__ = ["CRITERIA", "STARTS", "Considered", "EdgeAwareResult", "Setting", "denoise", "smooth_edge_aware"]
 
 
 @accept_meshes
@@ -47,10 +47,10 @@ def smooth_edge_aware(
     mesh: Mesh,
     faces: npt.ArrayLike | None = None,
     *,
-    favor: Favor = "position",
+    criterion: Criterion = "position",
     strength: float | None = None,
-    range_width: float | None = None,
-    passes: int | None = None,
+    range_sigma: float | None = None,
+    iterations: int | None = None,
     start: Start = "auto",
     barycenter_weight: float | None = None,
     boundary: Boundary = "auto",
@@ -68,15 +68,15 @@ def smooth_edge_aware(
     mesh : (n, 3) array of real numbers, or a mesh of any kind
     faces : (m, 3) array of integers, optional
         As for :func:`meshlab_specsmooth.smooth`.
-    favor : {"position", "normals"}
+    criterion : {"position", "normals"}
         Whether the error of positions is to be least, or rather that of the normals: then the noise is taken for 1.4
         times as high.
     strength : float, optional
         t, from 2.2e-16 to 4.5e15; 0.1 is gentle, 2 to 6 suits hard edges under much noise. Chosen by estimated
         error if not given.
-    range_width : float, optional
+    range_sigma : float, optional
         Between unit normals, from 2.2e-16 to 6.7e7: 0.2 for hard edges, 0.6 for organic shapes. Chosen if not given.
-    passes : int, optional
+    iterations : int, optional
         1 to 100. Chosen if not given.
     start : {"auto", "given", "smoothed"}
         What the first pass filters: the surface as given, for hard edges, or the isotropically smoothed one, for
@@ -85,11 +85,11 @@ def smooth_edge_aware(
         w > 0 of the isotropic filter, which the first pass is guided by or starts from. By the noise if not given.
     boundary : {"auto", "fixed", "curve", "free"}
         What happens at the boundary of an open surface. ``"auto"``: it follows the normals of its faces, and is not
-        drawn inwards. ``"fixed"``: it stays to the bit, so that tiles with a common edge still fit. ``"curve"``: it is
+        drawn inward. ``"fixed"``: it stays to the bit, so that tiles with a common edge still fit. ``"curve"``: it is
         smoothed along itself, as by :func:`meshlab_specsmooth.smooth`. ``"free"``: it is treated like the rest.
     mask : (n,) array of weights in [0, 1] or of bool, optional
         Vertices that may move: those whose weight is above 0. The others stay to the bit, and the displacement fades
-        out towards them over four rings of edges. Where there are 200 or more, the noise is measured and the setting
+        out toward them over four rings of edges. Where there are 200 or more, the noise is measured and the setting
         chosen on these alone.
     features : (n,) array of weights in [0, 1] or of bool, optional
         Vertices whose detail is to be kept or enhanced.
@@ -100,7 +100,7 @@ def smooth_edge_aware(
         Edges that nothing crosses: as pairs of vertices, or all edges whose faces' normals differ by more than an angle
         in degrees. Faces on opposite sides exchange no normals: two faces are neighbors only where they are linked
         around a common vertex without crossing a crease, and never if they share a crease. The isotropic guide leaves
-        the creases' vertices in place and is computed on each side by itself; afterwards these vertices follow the
+        the creases' vertices in place and is computed on each side by itself; afterward these vertices follow the
         faces of both sides. What is chosen by estimated error, and the units, are common to the whole surface. The
         angle is measured on the surface as given where that has no noise, else between normals after a first edge-aware
         low-pass, as noise tilts faces by more than the angle of many edges. That finds hard edges, of 45 degrees and
@@ -127,17 +127,17 @@ def smooth_edge_aware(
     """
     fixed = Fixed(
         None if strength is None else check_number("strength", strength, *STRENGTHS),
-        None if range_width is None else check_number("range_width", range_width, *RANGE_WIDTHS),
-        None if passes is None else check_count("passes", passes, 1, MOST_FACE_PASSES),
+        None if range_sigma is None else check_number("range_sigma", range_sigma, *RANGE_SIGMAS),
+        None if iterations is None else check_count("iterations", iterations, 1, MAX_FACE_ITERATIONS),
         check_choice("start", start, STARTS),
         None if barycenter_weight is None else check_barycenter_weight(barycenter_weight),
     )
-    favor = check_choice("favor", favor, FAVORS)
+    criterion = check_choice("criterion", criterion, CRITERIA)
     progress = begin(progress, "assembling")
     source = recognize(mesh, faces)
     surface = source.surface()
     region = region_of(surface, boundary, mask, features, feature_gain, creases)
-    result = denoised(surface, favor, fixed, region, False, check_flag("weld", weld), progress)
+    result = denoised(surface, criterion, fixed, region, False, check_flag("weld", weld), progress)
     finish(progress)
     return replace(result, source=source.kept())
 
@@ -147,7 +147,7 @@ def denoise(
     mesh: Mesh,
     faces: npt.ArrayLike | None = None,
     *,
-    favor: Favor = "position",
+    criterion: Criterion = "position",
     boundary: Boundary = "auto",
     mask: npt.ArrayLike | None = None,
     features: npt.ArrayLike | None = None,
@@ -166,14 +166,14 @@ def denoise(
     mesh : (n, 3) array of real numbers, or a mesh of any kind
     faces : (m, 3) array of integers, optional
         As for :func:`meshlab_specsmooth.smooth`.
-    favor, boundary, mask, features, feature_gain, creases, weld, progress
+    criterion, boundary, mask, features, feature_gain, creases, weld, progress
         As for :func:`smooth_edge_aware`. Where creases are given, the isotropic filter is not considered: it knows of
         none, and would round them.
 
     Returns
     -------
     EdgeAwareResult
-        ``considered`` is the table of all that was tried; 0 passes stand for the isotropic filter.
+        ``considered`` is the table of all that was tried; 0 iterations stand for the isotropic filter.
 
     Examples
     --------
@@ -183,11 +183,11 @@ def denoise(
     >>> bool(abs(result.vertices - flat).max() < 1e-12)
     True
     """
-    favor = check_choice("favor", favor, FAVORS)
+    criterion = check_choice("criterion", criterion, CRITERIA)
     progress = begin(progress, "assembling")
     source = recognize(mesh, faces)
     surface = source.surface()
     region = region_of(surface, boundary, mask, features, feature_gain, creases)
-    result = denoised(surface, favor, Fixed(), region, True, check_flag("weld", weld), progress)
+    result = denoised(surface, criterion, Fixed(), region, True, check_flag("weld", weld), progress)
     finish(progress)
     return replace(result, source=source.kept())

@@ -7,7 +7,7 @@ from meshlab_specsmooth.edge_aware.filtering import low_pass
 from meshlab_specsmooth.edge_aware.mesh import Mesh, smooth_isotropically
 from meshlab_specsmooth.edge_aware.search import guide_weight
 from meshlab_specsmooth.graph.creases import find_creases
-from meshlab_specsmooth.noise.estimate.estimate.estimate import NONE, Noise
+from meshlab_specsmooth.noise.estimate import NONE, Noise
 
 # A setting for hard edges under much noise: on a cube with noise of up to 0.3 edges it finds all edges, and no others.
 # The vertices do not follow, as faces that noise has turned over would stay so.
@@ -20,9 +20,9 @@ def creases_by_angle(mesh: Mesh, angle: float, noise: Noise, level: float) -> In
     Noise tilts faces by more than the angle of many edges, and isotropic smoothing rounds the edges; so where there is
     noise, of a ``level`` in mean edges, it is the normals after an edge-aware low-pass that are compared.
     """
-    centre, N, area = mesh.kernels.frames(mesh.V)
+    center, N, area = mesh.kernels.frames(mesh.V)
     if noise.kind != NONE:
         given, N = N, mesh.kernels.frames(smooth_isotropically(mesh, mesh.V, guide_weight(level)))[1]
         for _ in range(_TIMES):
-            N = low_pass(mesh.kernels, centre, given, area, N, _STRENGTH, _RANGE_WIDTH)
+            N = low_pass(mesh.kernels, center, given, area, N, _STRENGTH, _RANGE_WIDTH)
     return find_creases(mesh.F, N, len(mesh.V), angle)

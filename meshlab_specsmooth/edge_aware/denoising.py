@@ -1,4 +1,4 @@
-"""From a surface to the result: units, noise, the choice, the filter, and what is held afterwards."""
+"""From a surface to the result: units, noise, the choice, the filter, and what is held afterward."""
 
 from __future__ import annotations
 
@@ -24,42 +24,50 @@ from meshlab_specsmooth.edge_aware.mesh import (
 )
 from meshlab_specsmooth.edge_aware.pieces import cut_sample, sample_of
 from meshlab_specsmooth.edge_aware.regions import Region
-from meshlab_specsmooth.edge_aware.result import DRAWN_IN, Considered, EdgeAwareResult, Setting
-from meshlab_specsmooth.edge_aware.search import Fixed, Row, drawn_in, estimate_on, guide_weight, ranked, searched
+from meshlab_specsmooth.edge_aware.result import CLIPPED, Considered, EdgeAwareResult, Setting
+from meshlab_specsmooth.edge_aware.search import (
+    Fixed,
+    Row,
+    clip_impulses_first,
+    estimate_on,
+    guide_weight,
+    ranked,
+    searched,
+)
 from meshlab_specsmooth.geometry.surface import Surface
 from meshlab_specsmooth.geometry.triangles import describe_lost, find_lost_vertices
 from meshlab_specsmooth.geometry.welding import find_copies
-from meshlab_specsmooth.noise.estimate.estimate.estimate import IMPULSE, MOST_WEIGHT, UNCLEAR, Noise, measure, nothing
-from meshlab_specsmooth.noise.estimate.estimate.outliers import describe_outliers, replace_outliers
-from meshlab_specsmooth.noise.estimate.estimate.parts import (
+from meshlab_specsmooth.noise.estimate import IMPULSE, MOST_WEIGHT, UNCLEAR, Noise, measure, nothing
+from meshlab_specsmooth.noise.outliers import describe_outliers, replace_outliers
+from meshlab_specsmooth.noise.parts import (
     Part,
     describe_left_alone,
     describe_levels,
     label_components,
     split,
 )
-from meshlab_specsmooth.noise.estimate.estimate.shape_change import Change, compare_shapes
+from meshlab_specsmooth.noise.shape_change import Change, compare_shapes
 from meshlab_specsmooth.risk.choose_weight import drifting
 from meshlab_specsmooth.runtime import blocks
 from meshlab_specsmooth.runtime.memory import require
 from meshlab_specsmooth.runtime.progress import Progress, announce, part
-from meshlab_specsmooth.smoothing.api.api.api import describe_unused, find_corners, with_sides
+from meshlab_specsmooth.smoothing.api import describe_unused, find_corners, with_sides
 
 # Where a call stands when the operators are made, and when the setting is chosen
 _BUILT, _CHOSEN = 0.1, 0.6
 # By so much the noise is taken for higher where normals matter more than positions: what error of position estimates
 # do not see is the short waves, which the normals are made of.
-_FAVORING = {"position": 1.0, "normals": 1.4}
+_LEVEL_FACTORS = {"position": 1.0, "normals": 1.4}
 # What a call takes at its peak, with room to spare: 600 were measured at two million faces with the compiled kernels
 _BYTES_PER_FACE = 900
 
-FAVORS = tuple(_FAVORING)
+CRITERIA = tuple(_LEVEL_FACTORS)
 
 
 @blocks.one_blas_thread()
 def denoised(
     surface: Surface,
-    favor: str,
+    criterion: str,
     fixed: Fixed,
     region: Region,
     with_isotropic: bool,
@@ -83,9 +91,9 @@ def denoised(
     mesh = built(X, G, region.judged(len(X)), region.boundary)
     parts = _parts(mesh) if fixed == Fixed() else []
     if len(parts) > 1:
-        result = _denoise_parts(mesh, parts, favor, region, with_isotropic, progress)
+        result = _denoise_parts(mesh, parts, criterion, region, with_isotropic, progress)
     else:
-        result = _denoise_mesh(mesh, favor, fixed, region, with_isotropic, progress)
+        result = _denoise_mesh(mesh, criterion, fixed, region, with_isotropic, progress)
     has_place = place >= 0
     step = np.zeros_like(V)
     step[has_place] = (result.vertices - X)[place[has_place]]
@@ -115,7 +123,7 @@ def _parts(mesh: Mesh) -> list[Part]:
 
 
 def _denoise_parts(
-    mesh: Mesh, parts: list[Part], favor: str, region: Region, with_isotropic: bool, progress: Progress | None
+    mesh: Mesh, parts: list[Part], criterion: str, region: Region, with_isotropic: bool, progress: Progress | None
 ) -> EdgeAwareResult:
     """Each part by its own noise and edges; the evidence is that of the largest one that can be told anything of."""
     prepared = mesh.isotropic
@@ -135,7 +143,7 @@ def _denoise_parts(
         own = region.on(number, len(at))
         alone = built((mesh.V[at] - center) / h, faces, own.judged(len(at)), region.boundary)
         share = part(progress, done / len(Y), len(at) / len(Y))
-        result = _denoise_mesh(alone, favor, Fixed(), own, with_isotropic, share)
+        result = _denoise_mesh(alone, criterion, Fixed(), own, with_isotropic, share)
         done += len(at)
         Y[at] += (result.vertices - alone.V) * h
         outliers.append(at[result.outliers])
@@ -157,19 +165,19 @@ def _denoise_parts(
 
 def _denoise_mesh(
     mesh: Mesh,
-    favor: str,
+    criterion: str,
     fixed: Fixed,
     region: Region,
     with_isotropic: bool,
     progress: Progress | None,
     may_have_strays: bool = True,
 ) -> EdgeAwareResult:
-    """Choice, filter and what is held afterwards, for a mesh in units of its mean edge; so is the result."""
+    """Choice, filter and what is held afterward, for a mesh in units of its mean edge; so is the result."""
     is_automatic = fixed == Fixed()
     if is_automatic and may_have_strays:
         repaired, outliers = _without_outliers(mesh, region)
         if len(outliers):
-            return _denoise_repaired(mesh, repaired, outliers, favor, region, with_isotropic, progress)
+            return _denoise_repaired(mesh, repaired, outliers, criterion, region, with_isotropic, progress)
     field = region.field(mesh.F, len(mesh.V))
     report = progress or (lambda _: None)
     report(_BUILT)
@@ -183,7 +191,7 @@ def _denoise_mesh(
         creases = _find_creases(mesh, region, noise, noise.high)
         count = 0 if creases is None else len(creases)
         return replace(unchanged, creases=count, warning=None if stays else noise.warning)
-    X, level = mesh.V, noise.level * _FAVORING[favor]
+    X, level = mesh.V, noise.level * _LEVEL_FACTORS[criterion]
     whole = mesh
     creases = _find_creases(mesh, region, noise, level)
     if creases is not None:
@@ -194,15 +202,15 @@ def _denoise_mesh(
         rows = [Row(setting, np.nan)]
     else:
         announce(progress, "choosing")
-        estimate = estimate_on(sample, on, measured, _FAVORING[favor])
+        estimate = estimate_on(sample, on, measured, _LEVEL_FACTORS[criterion])
         # the isotropic filter knows of no creases
         rows = searched(estimate, fixed, with_isotropic and mesh.cut is None, part(progress, _BUILT, _CHOSEN - _BUILT))
         if noise.kind == IMPULSE and is_automatic and mesh.cut is None:
-            rows = [*rows, drawn_in(estimate, favor)]
-        rows = ranked(rows, alike=favor == "position")
+            rows = [*rows, clip_impulses_first(estimate, criterion)]
+        rows = ranked(rows, alike=criterion == "position")
     report(_CHOSEN)
     announce(progress, "smoothing")
-    Y, flips = _apply(mesh, rows[0].setting, favor, level, part(progress, _CHOSEN, 1 - _CHOSEN))
+    Y, flips = _apply(mesh, rows[0].setting, criterion, level, part(progress, _CHOSEN, 1 - _CHOSEN))
     if field is not None:
         Y = X + field[:, None] * (Y - X)
     notes = []
@@ -212,7 +220,7 @@ def _denoise_mesh(
         notes.append(describe_lost(lost))
     change = compare_shapes(X, Y, mesh.F, *_components(whole), noise)
     if is_automatic and change.excessive.any():
-        Y, weight, note = _within_reason(whole, Y, favor, noise, change, field)
+        Y, weight, note = _within_reason(whole, Y, criterion, noise, change, field)
         notes.append(note)
         rows = [Row(Setting("smoothed", 0.0, 0.0, 0, weight), np.nan), *rows]
     elif not is_automatic and change.is_large:
@@ -225,8 +233,8 @@ def _denoise_mesh(
         level=level,
         start=setting.start,
         strength=setting.strength,
-        range_width=setting.range_width,
-        passes=setting.passes,
+        range_sigma=setting.range_sigma,
+        iterations=setting.iterations,
         barycenter_weight=setting.barycenter_weight,
         error=_root(rows[0].error),
         considered=tuple(Considered(row.setting, _root(row.error)) for row in rows),
@@ -244,7 +252,7 @@ def _denoise_repaired(
     mesh: Mesh,
     repaired: Mesh,
     outliers: npt.NDArray[np.int64],
-    favor: str,
+    criterion: str,
     region: Region,
     with_isotropic: bool,
     progress: Progress | None,
@@ -255,11 +263,11 @@ def _denoise_repaired(
     if h == 0:  # without the strays nothing is left
         return _untouched(mesh.V, nothing(0.0), 0.0, np.nan)
     rescaled = built((repaired.V - center) / h, repaired.F, repaired.counts, repaired.boundary)
-    result = _denoise_mesh(rescaled, favor, Fixed(), region, with_isotropic, progress, may_have_strays=False)
+    result = _denoise_mesh(rescaled, criterion, Fixed(), region, with_isotropic, progress, may_have_strays=False)
     if result.noise.kind == UNCLEAR:  # then strays cannot be told from shape either
         return replace(_scaled(result, h), vertices=mesh.V)
     if result.noise.kind == IMPULSE:  # those were the highest of many
-        return _denoise_mesh(mesh, favor, Fixed(), region, with_isotropic, progress, may_have_strays=False)
+        return _denoise_mesh(mesh, criterion, Fixed(), region, with_isotropic, progress, may_have_strays=False)
     vertices = repaired.V + (result.vertices - rescaled.V) * h
     return replace(
         _scaled(result, h),
@@ -287,11 +295,11 @@ def _find_lost(mesh: Mesh, Y: Floats, level: float) -> Booleans | None:
     return lost
 
 
-def _apply(mesh: Mesh, setting: Setting, favor: str, level: float, progress: Progress | None) -> tuple[Floats, int]:
+def _apply(mesh: Mesh, setting: Setting, criterion: str, level: float, progress: Progress | None) -> tuple[Floats, int]:
     """What a setting makes of the mesh, its volume held, and how many faces are turned over."""
     X = mesh.V
-    if setting.start == DRAWN_IN:
-        smoothed = smooth_automatically(mesh, X, favor).vertices
+    if setting.start == CLIPPED:
+        smoothed = smooth_automatically(mesh, X, criterion).vertices
     else:
         smoothed = smooth_isotropically(mesh, X, setting.barycenter_weight)
     Y = filtered(mesh, X, smoothed, setting, progress)
@@ -301,7 +309,7 @@ def _apply(mesh: Mesh, setting: Setting, favor: str, level: float, progress: Pro
 
 
 def _within_reason(
-    mesh: Mesh, Y: Floats, favor: str, noise: Noise, change: Change, field: Floats | None
+    mesh: Mesh, Y: Floats, criterion: str, noise: Noise, change: Change, field: Floats | None
 ) -> tuple[Floats, float, str]:
     """What is handed out where a result changes the shape by more than the noise explains.
 
@@ -309,7 +317,7 @@ def _within_reason(
     """
     X = mesh.V
     closed, labels = _components(mesh)
-    automatic = smooth_automatically(mesh, X, favor)
+    automatic = smooth_automatically(mesh, X, criterion)
     weaker = automatic.vertices
     if field is not None:
         weaker = X + field[:, None] * (weaker - X)
@@ -395,8 +403,8 @@ def _untouched(vertices: Floats, noise: Noise, error: float, volume_change: floa
         level=0.0,
         start="given",
         strength=0.0,
-        range_width=0.0,
-        passes=0,
+        range_sigma=0.0,
+        iterations=0,
         barycenter_weight=MOST_WEIGHT,
         error=error,
         considered=(),

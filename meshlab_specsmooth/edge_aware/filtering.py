@@ -12,7 +12,7 @@ from meshlab_specsmooth.edge_aware.result import Setting
 from meshlab_specsmooth.graph.faces import FaceKernels
 from meshlab_specsmooth.runtime.progress import Progress
 
-# Width of the weights in space, in mean distances of neighbouring centroids: the ring of faces around one counts.
+# Width of the weights in space, in mean distances of neighboring centroids: the ring of faces around one counts.
 _SPATIAL_WIDTH = 1.5
 _SWEEPS = 15
 # The solve is cut short where the normals are off by less than a thousandth: they are re-estimated in the next pass.
@@ -30,34 +30,34 @@ def unit(X: Floats) -> Floats:
 
 def low_pass(
     kernels: FaceKernels,
-    centre: Floats,
+    center: Floats,
     N: Floats,
     area: Floats,
     guide: Floats,
     strength: float,
-    range_width: float,
+    range_sigma: float,
     parted: bool = False,
 ) -> Floats:
     """Unit normals (A + t L_w)^-1 A N; ``parted``: whether the graph has parts that must not depend on each other."""
     # the mean centroids of two equilateral triangles of edge 1 on an edge are 1 / sqrt(3) apart
     near = 1.5 / _SPATIAL_WIDTH**2
-    alike = 0.5 / range_width**2
-    # a face of no area has no normal, but passes on those of its neighbours
+    alike = 0.5 / range_sigma**2
+    # a face of no area has no normal, but passes on those of its neighbors
     a = np.maximum(area / max(area.mean(), np.finfo(float).tiny), 1e-9)
     root = np.sqrt(a)
-    weight, degree = kernels.weigh(centre, guide, root, near, alike)
+    weight, degree = kernels.weigh(center, guide, root, near, alike)
     diagonal = a + strength * degree
     tolerance, most = (_PARTED_TO, _MOST_ITERATIONS_PARTED) if parted else (_SOLVED_TO, _MOST_ITERATIONS)
     return unit(kernels.solve(weight, diagonal, strength, a[:, None] * N, guide, tolerance, most))
 
 
-def passes_of(
+def iterate(
     mesh: Mesh,
     given: Floats,
     smoothed: Floats,
     start: str,
     strength: float,
-    range_width: float,
+    range_sigma: float,
     parted: bool = False,
 ) -> Iterator[Floats]:
     """The vertices after each pass, without end; ``parted`` as for :func:`low_pass`."""
@@ -66,8 +66,8 @@ def passes_of(
         V = np.where(mesh.rim[:, None], smoothed, V)
     guide = mesh.kernels.frames(smoothed)[1]
     while True:
-        centre, N, area = mesh.kernels.frames(V)
-        N = low_pass(mesh.kernels, centre, N, area, guide, strength, range_width, parted)
+        center, N, area = mesh.kernels.frames(V)
+        N = low_pass(mesh.kernels, center, N, area, guide, strength, range_sigma, parted)
         V = mesh.kernels.fit(V, N, mesh.pull, _SWEEPS)
         yield V
         guide = mesh.kernels.frames(V)[1]
@@ -75,12 +75,12 @@ def passes_of(
 
 def filtered(mesh: Mesh, given: Floats, smoothed: Floats, setting: Setting, progress: Progress | None = None) -> Floats:
     """What a setting makes of the given vertices."""
-    if setting.passes == 0:
+    if setting.iterations == 0:
         return smoothed
     parted = mesh.cut is not None
-    path = passes_of(mesh, given, smoothed, setting.start, setting.strength, setting.range_width, parted)
-    for count in range(1, setting.passes):
+    path = iterate(mesh, given, smoothed, setting.start, setting.strength, setting.range_sigma, parted)
+    for count in range(1, setting.iterations):
         next(path)
         if progress is not None:
-            progress(count / setting.passes)
+            progress(count / setting.iterations)
     return next(path)

@@ -1,4 +1,4 @@
-"""What is held afterwards: no face is turned over, and the volume stays."""
+"""What is held afterward: no face is turned over, and the volume stays."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from scipy.sparse import csr_array
 
 from meshlab_specsmooth.arrays import Booleans, Floats
 from meshlab_specsmooth.edge_aware.mesh import Mesh, volume_of
-from meshlab_specsmooth.noise.estimate.estimate.estimate import normals
+from meshlab_specsmooth.noise.estimate import normals
 
 MOST_REPAIRS = 10  # of turned faces
 
 
 def without_flips(mesh: Mesh, Y: Floats, smoothed: Floats, repairs: int = MOST_REPAIRS) -> tuple[Floats, int]:
-    """The vertices, those of turned faces drawn towards their neighbours; and how many faces stay turned."""
+    """The vertices, those of turned faces drawn toward their neighbors; and how many faces stay turned."""
     turned = _turned(mesh, Y, smoothed)
     for _ in range(repairs):
         if not turned.any():
@@ -50,9 +50,9 @@ def with_volume(mesh: Mesh, Y: Floats, given: float, level: float) -> Floats:
 
 
 def _turned(mesh: Mesh, Y: Floats, smoothed: Floats) -> Booleans:
-    """Faces that look away from where the smoothed surface's do, or from where their neighbours do.
+    """Faces that look away from where the smoothed surface's do, or from where their neighbors do.
 
-    Not those that look away from their neighbours on the smoothed surface as well: they came so.
+    Not those that look away from their neighbors on the smoothed surface as well: they came so.
     """
     across, smooth = mesh.kernels.frames(Y)[1], mesh.kernels.frames(smoothed)[1]
     away = np.asarray((across * smooth).sum(axis=1) < 0)
@@ -61,7 +61,7 @@ def _turned(mesh: Mesh, Y: Floats, smoothed: Floats) -> Booleans:
 
 
 def _opposed(mesh: Mesh, across: Floats) -> Booleans:
-    """Faces whose normals look away from those of their neighbours."""
+    """Faces whose normals look away from those of their neighbors."""
     graph = mesh.graph
     around = csr_array((np.ones(len(graph.indices)), graph.indices, graph.indptr), shape=(graph.size, graph.size))
     return np.asarray((across * (around @ across)).sum(axis=1) < 0, dtype=np.bool_)

@@ -11,8 +11,8 @@ from meshlab_specsmooth.arrays import Booleans, Floats, Integers
 from meshlab_specsmooth.geometry.surface import Surface
 from meshlab_specsmooth.graph.creases import Cut, cut_along, cut_graph
 from meshlab_specsmooth.graph.faces import FaceGraph, FaceKernels, face_graph, face_kernels
-from meshlab_specsmooth.noise.estimate.estimate.estimate import normals
-from meshlab_specsmooth.smoothing.api.api.api import Prepared, SmoothingResult, assemble
+from meshlab_specsmooth.noise.estimate import normals
+from meshlab_specsmooth.smoothing.api import Prepared, SmoothingResult, assemble
 
 _DIGITS = 30  # binary ones of the unit of length
 
@@ -85,13 +85,13 @@ def mean_side(V: Floats, F: Integers) -> float:
 
 def volume_of(mesh: Mesh, V: Floats) -> float:
     """Signed, in cubed mean edges; means something of a closed surface."""
-    centre, normal, area = mesh.kernels.frames(V - V.mean(axis=0))
-    return float(np.einsum("ij,ij,i->", centre, normal, area) / 6)
+    center, normal, area = mesh.kernels.frames(V - V.mean(axis=0))
+    return float(np.einsum("ij,ij,i->", center, normal, area) / 6)
 
 
-def smooth_automatically(mesh: Mesh, V: Floats, favor: str) -> SmoothingResult:
-    """What the isotropic filter makes of positions by itself: impulses are drawn in first."""
-    return _isotropic(mesh, V, favor=favor, boundary=mesh.boundary)
+def smooth_automatically(mesh: Mesh, V: Floats, criterion: str) -> SmoothingResult:
+    """What the isotropic filter makes of positions by itself: impulses are clipped first."""
+    return _isotropic(mesh, V, criterion=criterion, boundary=mesh.boundary)
 
 
 def at_positions(mesh: Mesh, V: Floats) -> Mesh:
@@ -119,7 +119,7 @@ def smooth_isotropically(mesh: Mesh, V: Floats, weight: float) -> Floats:
     """The paper's smoothing of other positions of the mesh's vertices.
 
     At the rim along the normals alone, unless something else was asked for: the rest of a rim's displacement would draw
-    it inwards.
+    it inward.
     """
     boundary = "free" if mesh.boundary == "auto" else mesh.boundary
     if mesh.cut is not None and not mesh.rim.any():

@@ -7,8 +7,8 @@ import numpy.typing as npt
 
 from meshlab_specsmooth.arrays import Integers
 from meshlab_specsmooth.edge_aware.mesh import Mesh, built, with_creases
-from meshlab_specsmooth.noise.estimate.estimate.estimate import Sheet, sheet
-from meshlab_specsmooth.operators.laplacians.laplacians.patches import MIN_COUNTED, draw_sample
+from meshlab_specsmooth.noise.estimate import Sheet, sheet
+from meshlab_specsmooth.operators.patches import MIN_COUNTED, draw_sample
 
 
 def sample_of(mesh: Mesh) -> tuple[Mesh, Sheet, npt.NDArray[np.integer]]:

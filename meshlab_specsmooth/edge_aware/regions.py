@@ -12,8 +12,8 @@ from meshlab_specsmooth.arrays import Booleans, Floats, Integers
 from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.geometry.surface import Surface
 from meshlab_specsmooth.graph.creases import keys_of, sides_of
-from meshlab_specsmooth.operators.laplacians.laplacians.boundary import ALL_KEPT, BOUNDARIES, NOTHING_SELECTED, fade
-from meshlab_specsmooth.operators.laplacians.laplacians.patches import MIN_COUNTED
+from meshlab_specsmooth.operators.boundary import ALL_KEPT, BOUNDARIES, NOTHING_SELECTED, fade
+from meshlab_specsmooth.operators.patches import MIN_COUNTED
 from meshlab_specsmooth.parameters import GAINS, check_choice, check_number, check_weights
 
 

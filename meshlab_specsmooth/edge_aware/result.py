@@ -12,10 +12,10 @@ from meshlab_specsmooth.adapters import Source, WithMesh
 from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.describe import Described, Pictured, Rows, count_of, format_length
 from meshlab_specsmooth.geometry.surface import Surface
-from meshlab_specsmooth.noise.estimate.estimate.estimate import Noise
+from meshlab_specsmooth.noise.estimate import Noise
 from meshlab_specsmooth.sentences import describe_strays, describe_unmoved, moved_rows
 
-DRAWN_IN = "drawn in"
+CLIPPED = "clipped"
 
 
 @dataclass(frozen=True)
@@ -24,15 +24,15 @@ class Setting:
 
     Attributes
     ----------
-    start : {"given", "smoothed", "drawn in"}
+    start : {"given", "smoothed", "clipped"}
         What the first pass takes its normals and vertices from: the surface as given, for hard edges, or the
-        isotropically smoothed one, for organic shapes. ``"drawn in"``, with 0 passes: impulses are drawn in before the
-        isotropic filter, as :func:`meshlab_specsmooth.smooth` does.
+        isotropically smoothed one, for organic shapes. ``"clipped"``, with 0 iterations: impulses are clipped before
+        the isotropic filter, as :func:`meshlab_specsmooth.smooth` does.
     strength : float
         t > 0 of the low-pass (I + t L_w)^-1.
-    range_width : float
+    range_sigma : float
         Standard deviation of the weights over the distance of unit normals.
-    passes : int
+    iterations : int
         0 is the isotropically smoothed surface.
     barycenter_weight : float
         w of the isotropic filter, which the first pass is guided by or starts from.
@@ -40,21 +40,21 @@ class Setting:
 
     start: str
     strength: float
-    range_width: float
-    passes: int
+    range_sigma: float
+    iterations: int
     barycenter_weight: float
 
     @property
     def is_isotropic(self) -> bool:
         """Whether it is the isotropic filter alone."""
-        return self.passes == 0
+        return self.iterations == 0
 
     def describe(self) -> str:
         """The filter and its strength in words."""
         if self.is_isotropic:
-            first = "impulses drawn in, then " if self.start == DRAWN_IN else ""
+            first = "impulses clipped, then " if self.start == CLIPPED else ""
             return f"{first}isotropic smoothing, barycenter weight {self.barycenter_weight:.3g}"
-        return f"edge-aware smoothing, {count_of(self.passes, 'iteration')}"
+        return f"edge-aware smoothing, {count_of(self.iterations, 'iteration')}"
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ class EdgeAwareResult(WithMesh, Described):
         What was measured of the input.
     level : float
         Standard deviation of the noise along the normals that the choice went by, in mesh units.
-    start, strength, range_width, passes
+    start, strength, range_sigma, iterations
         The setting, see :class:`Setting`.
     barycenter_weight : float
         w of the isotropic guide.
@@ -92,7 +92,7 @@ class EdgeAwareResult(WithMesh, Described):
         and lets the least noise through.
     flips : int
         Faces of the result that look away by more than 90 degrees from where the smoothed surface's do, or from where
-        their neighbours do.
+        their neighbors do.
     volume_change : float
         In per cent; NaN of an open surface.
     displacement : float
@@ -119,8 +119,8 @@ class EdgeAwareResult(WithMesh, Described):
     level: float
     start: str
     strength: float
-    range_width: float
-    passes: int
+    range_sigma: float
+    iterations: int
     barycenter_weight: float
     error: float
     considered: tuple[Considered, ...]
@@ -168,9 +168,9 @@ class EdgeAwareResult(WithMesh, Described):
             rows.append(("estimated error", self.noise.describe_error(self.error)))
         if len(self.considered) > 1:
             rows.append(("considered", f"{len(self.considered)} settings"))
-        if self.passes:
+        if self.iterations:
             start = "the surface as given" if self.start == "given" else "the smoothed surface"
-            rows.append(("setting", f"from {start}, strength {self.strength:.3g}, range width {self.range_width:.2g}"))
+            rows.append(("setting", f"from {start}, strength {self.strength:.3g}, range sigma {self.range_sigma:.2g}"))
         if self.creases:
             rows.append(("creases", f"{self.creases} edges that nothing crosses"))
         if self.flips:

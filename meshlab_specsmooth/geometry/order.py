@@ -1,6 +1,6 @@
-"""Vertices in an order that keeps neighbours near each other in memory.
+"""Vertices in an order that keeps neighbors near each other in memory.
 
-A sweep reads the rows of a vertex' neighbours. Where these lie anywhere, each is a miss of the cache, and the sweep
+A sweep reads the rows of a vertex' neighbors. Where these lie anywhere, each is a miss of the cache, and the sweep
 takes four to five times as long.
 """
 
@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from meshlab_specsmooth.arrays import Floats, Integers
 
-# Rows of three float64 that fit in a typical second-level cache: neighbours this near are probably still there.
+# Rows of three float64 that fit in a typical second-level cache: neighbors this near are probably still there.
 NEAR = 2**14
 _SAMPLE = 50_000  # sides are enough to tell
 

@@ -1,4 +1,4 @@
-"""The graph of a mesh: who is whose neighbour, and how many faces each edge has."""
+"""The graph of a mesh: who is whose neighbor, and how many faces each edge has."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from scipy.sparse import coo_array, csr_array, diags_array
 from meshlab_specsmooth.arrays import Floats, Integers
 from meshlab_specsmooth.runtime import backend
 
-Neighbours = tuple[Integers, Integers, npt.NDArray[np.int64], Integers, Integers]
+Neighbors = tuple[Integers, Integers, npt.NDArray[np.int64], Integers, Integers]
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,9 +22,9 @@ class Graph:
     Attributes
     ----------
     indptr : (n + 1,) int32
-        Where each vertex' neighbours start in ``indices``.
+        Where each vertex' neighbors start in ``indices``.
     indices : (2 e,) int32
-        The neighbours, in rising order for each vertex.
+        The neighbors, in rising order for each vertex.
     weights : (2 e,) float64 or None
         Positive and symmetric; None where every edge weighs 1, so that a sweep need not read them.
     degree : (n, 1) float64
@@ -110,7 +110,7 @@ def of_mesh(F: Integers, n: int) -> MeshGraph:
     n : int
         Number of vertices.
     """
-    indptr, indices, odd, odd_faces, corner_count = _best_neighbours(n)(F, n)
+    indptr, indices, odd, odd_faces, corner_count = _best_neighbors(n)(F, n)
     if corner_count.sum() < F.size:
         # a face with a side from a vertex to itself has two corners there, which count four times, and one side leaves
         for k in range(3):
@@ -119,8 +119,8 @@ def of_mesh(F: Integers, n: int) -> MeshGraph:
     return MeshGraph(Graph(indptr, indices, None, degree), odd, odd_faces, corner_count)
 
 
-def neighbours(F: Integers, n: int) -> Neighbours:
-    """What the compiled :func:`meshlab_specsmooth.graph.counting.neighbours` returns: the reference, by conversion."""
+def neighbors(F: Integers, n: int) -> Neighbors:
+    """What the compiled :func:`meshlab_specsmooth.graph.counting.neighbors` returns: the reference, by conversion."""
     start, end = F.ravel(), F[:, [1, 2, 0]].ravel()
     side = start != end
     start, end = start[side], end[side]
@@ -134,13 +134,13 @@ def neighbours(F: Integers, n: int) -> Neighbours:
     return indptr, indices, odd, both.data[odd], leaving
 
 
-def _best_neighbours(n: int) -> Callable[[Integers, int], Neighbours]:
+def _best_neighbors(n: int) -> Callable[[Integers, int], Neighbors]:
     """For n vertices; the compiled one where the extra ``fast`` is installed."""
     if not backend.is_compiled(n):
-        return neighbours
+        return neighbors
     from meshlab_specsmooth.graph import counting
 
-    return counting.neighbours
+    return counting.neighbors
 
 
 def weighted(n: int, ends: Integers, weight: Floats) -> Graph:

@@ -89,17 +89,17 @@ def _flat(column: Floats | None) -> Floats | None:
 
 @_inlined
 def _degree(i, indptr, weights, degree):  # type: ignore[no-untyped-def]
-    """Where all weights are 1 the number of neighbours, which was read already."""
+    """Where all weights are 1 the number of neighbors, which was read already."""
     return np.float64(indptr[i + 1] - indptr[i]) if weights is None else degree[i]
 
 
 @_inlined
 def _around(i, indptr, indices, weights, X):  # type: ignore[no-untyped-def]
-    """The three sums of w_ij X_j over the neighbours j of vertex i."""
+    """The three sums of w_ij X_j over the neighbors j of vertex i."""
     k, end = indptr[i], indptr[i + 1]
     s0 = s1 = s2 = 0.0
     if weights is None:
-        # Nearly every vertex has four neighbours or more: these need no loop, whose end the processor would have to
+        # Nearly every vertex has four neighbors or more: these need no loop, whose end the processor would have to
         # guess, and the sums do not wait for each other. A sweep takes three quarters of the time.
         if end - k >= 4:
             a, b, c, d = indices[k], indices[k + 1], indices[k + 2], indices[k + 3]

@@ -1,4 +1,4 @@
-"""The neighbours of every vertex by a counting sort, compiled by numba (the extra ``fast``).
+"""The neighbors of every vertex by a counting sort, compiled by numba (the extra ``fast``).
 
 A side of a face leads from one corner to the next, so as many sides leave a vertex as arrive there. Listed by the
 vertex where they arrive, in the order of those that they leave, the rows are sorted without a comparison. Where two
@@ -14,13 +14,13 @@ import numba
 import numpy as np
 
 from meshlab_specsmooth.arrays import Integers
-from meshlab_specsmooth.graph.build import Neighbours
+from meshlab_specsmooth.graph.build import Neighbors
 from meshlab_specsmooth.runtime import backend, blocks
 
 _compiled = functools.partial(numba.njit, nogil=True, cache=backend.IS_KEPT)
 
 
-def neighbours(F: Integers, n: int) -> Neighbours:
+def neighbors(F: Integers, n: int) -> Neighbors:
     """What :func:`meshlab_specsmooth.graph.build.of_mesh` makes of the sides of faces.
 
     Returns
@@ -60,7 +60,7 @@ def neighbours(F: Integers, n: int) -> Neighbours:
 
 
 def _merged(start: Integers, leaving: Integers, arriving: Integers, n: int) -> tuple[Integers, Integers, Integers]:
-    """``indptr`` and ``indices`` of both, each neighbour once, and the number of faces of each edge."""
+    """``indptr`` and ``indices`` of both, each neighbor once, and the number of faces of each edge."""
     indptr = np.zeros(n + 1, dtype=np.int32)
 
     def merge(indices: Integers | None, faces: Integers | None) -> None:

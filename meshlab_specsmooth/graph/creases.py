@@ -129,9 +129,9 @@ def cut_along(corners: Integers, n: int, edges: Integers) -> Cut:
 
 
 def cut_graph(corners: Integers, n: int, cut: Cut) -> FaceGraph:
-    """The graph of faces in which faces on opposite sides of a crease are no neighbours.
+    """The graph of faces in which faces on opposite sides of a crease are no neighbors.
 
-    Faces are neighbours that share a sector of a vertex, but not those that share a crease.
+    Faces are neighbors that share a sector of a vertex, but not those that share a crease.
     """
     whole, parted = face_graph(corners, n), face_graph(cut.corners, len(cut.origin))
     m = len(corners)

@@ -1,4 +1,4 @@
-"""The graph of faces: two are neighbours that share a vertex; and the sweeps over it.
+"""The graph of faces: two are neighbors that share a vertex; and the sweeps over it.
 
 What goes over all faces is written twice, as elsewhere in this room: with scipy here, which says what it means, and
 compiled in :mod:`meshlab_specsmooth.graph.faces_compiled`.
@@ -15,7 +15,7 @@ from scipy.sparse import csr_array
 from meshlab_specsmooth.arrays import Floats, Integers
 from meshlab_specsmooth.runtime import backend
 
-# A vertex of so many faces is the hub of a fan; its faces are neighbours through the rim's vertices only, as all pairs
+# A vertex of so many faces is the hub of a fan; its faces are neighbors through the rim's vertices only, as all pairs
 # of them would take the square of their number.
 MOST_FACES_OF_A_VERTEX = 32
 
@@ -29,7 +29,7 @@ class FaceGraph:
     corners : (m, 3) int32
         The vertices of each face.
     indptr, indices : (m + 1,) and (e,) int32
-        The neighbours of each face, rising; each pair in both directions, no face its own neighbour.
+        The neighbors of each face, rising; each pair in both directions, no face its own neighbor.
     vertex_indptr, vertex_faces : (n + 1,) and (c,) int32
         The faces at each vertex, rising; a face with several corners there counts once.
     """
@@ -59,8 +59,8 @@ class FaceKernels(Protocol):
     def frames(self, V: Floats) -> tuple[Floats, Floats, Floats]:
         """(m, 3) centroids, (m, 3) unit normals, zero for a face of no area, and (m,) doubled areas."""
 
-    def weigh(self, centre: Floats, normal: Floats, root: Floats, near: float, alike: float) -> tuple[Floats, Floats]:
-        """Weights of neighbours, and their sums.
+    def weigh(self, center: Floats, normal: Floats, root: Floats, near: float, alike: float) -> tuple[Floats, Floats]:
+        """Weights of neighbors, and their sums.
 
         w_ij = root_i root_j (1 - x / 8)^8, and 0 where x = near |c_i - c_j|^2 + alike |n_i - n_j|^2 is above 8: a
         Gaussian exp(-x) to which nothing that is far off contributes at all.
@@ -87,7 +87,7 @@ class FaceKernels(Protocol):
         """
 
 
-def neighbours(corners: Integers, n: int) -> FaceGraph:
+def neighbors(corners: Integers, n: int) -> FaceGraph:
     """The graph of the given faces, by scipy: the reference."""
     m = len(corners)
     at = csr_array(
@@ -130,10 +130,10 @@ class ReferenceFaceKernels:
         return (a + b + c) / 3, normal, area
 
     def weigh(  # noqa: D102
-        self, centre: Floats, normal: Floats, root: Floats, near: float, alike: float
+        self, center: Floats, normal: Floats, root: Floats, near: float, alike: float
     ) -> tuple[Floats, Floats]:
         i, j = self.rows, self.graph.indices
-        apart = near * ((centre[i] - centre[j]) ** 2).sum(axis=1) + alike * ((normal[i] - normal[j]) ** 2).sum(axis=1)
+        apart = near * ((center[i] - center[j]) ** 2).sum(axis=1) + alike * ((normal[i] - normal[j]) ** 2).sum(axis=1)
         weight = root[i] * root[j] * np.maximum(1 - apart / 8, 0) ** 8
         return weight, np.bincount(i, weights=weight, minlength=self.graph.size).astype(np.float64)
 
@@ -172,10 +172,10 @@ class ReferenceFaceKernels:
 def face_graph(corners: Integers, n: int) -> FaceGraph:
     """The graph of faces on n vertices; compiled where the extra ``fast`` is installed."""
     if not backend.is_compiled(n):
-        return neighbours(corners, n)
+        return neighbors(corners, n)
     from meshlab_specsmooth.graph import faces_compiled
 
-    return faces_compiled.neighbours(corners, n)
+    return faces_compiled.neighbors(corners, n)
 
 
 def face_kernels(graph: FaceGraph) -> FaceKernels:

@@ -25,8 +25,8 @@ def _over(rows: int):  # type: ignore[no-untyped-def]
     return run
 
 
-def neighbours(corners: Integers, n: int) -> FaceGraph:
-    """What :func:`meshlab_specsmooth.graph.faces.neighbours` makes."""
+def neighbors(corners: Integers, n: int) -> FaceGraph:
+    """What :func:`meshlab_specsmooth.graph.faces.neighbors` makes."""
     m = len(corners)
     start = np.zeros(n + 1, dtype=np.int32)
     _count_corners(corners, start)
@@ -39,7 +39,7 @@ def neighbours(corners: Integers, n: int) -> FaceGraph:
     over(lambda low, high: _adjacent(low, high, corners, start, of_vertex, indptr, nothing, False))
     total = int(indptr.sum(dtype=np.int64))
     if total > np.iinfo(np.int32).max:
-        raise MemoryError(f"{total} pairs of neighbouring faces")
+        raise MemoryError(f"{total} pairs of neighboring faces")
     np.cumsum(indptr, out=indptr)
     indices = np.empty(total, dtype=np.int32)
     over(lambda low, high: _adjacent(low, high, corners, start, of_vertex, indptr, indices, True))
@@ -58,18 +58,18 @@ class CompiledFaceKernels:
         self.corners = graph.corners.view(np.uint32)
 
     def weigh(  # noqa: D102 (the protocol says it)
-        self, centre: Floats, normal: Floats, root: Floats, near: float, alike: float
+        self, center: Floats, normal: Floats, root: Floats, near: float, alike: float
     ) -> tuple[Floats, Floats]:
         weight, degree = np.empty(len(self.graph.indices)), np.empty(self.graph.size)
         over = _over(self.graph.size)
-        over(lambda low, high: _weigh(low, high, *self.sides, centre, normal, root, near, alike, weight, degree))
+        over(lambda low, high: _weigh(low, high, *self.sides, center, normal, root, near, alike, weight, degree))
         return weight, degree
 
     def frames(self, V: Floats) -> tuple[Floats, Floats, Floats]:  # noqa: D102
         m = self.graph.size
-        centre, normal, area = np.empty((m, 3)), np.empty((m, 3)), np.empty(m)
-        _over(m)(lambda low, high: _frames(low, high, self.corners, V, centre, normal, area))
-        return centre, normal, area
+        center, normal, area = np.empty((m, 3)), np.empty((m, 3)), np.empty(m)
+        _over(m)(lambda low, high: _frames(low, high, self.corners, V, center, normal, area))
+        return center, normal, area
 
     def solve(  # noqa: D102
         self, weight: Floats, diagonal: Floats, t: float, B: Floats, X: Floats, tolerance: float, most: int
@@ -137,7 +137,7 @@ def _fill_corners(corners, place, of_vertex):  # type: ignore[no-untyped-def]
 
 @_compiled
 def _adjacent(low, high, corners, start, of_vertex, indptr, indices, fill):  # type: ignore[no-untyped-def]
-    """The neighbours of faces: how many, one row further on, or with ``fill`` which."""
+    """The neighbors of faces: how many, one row further on, or with ``fill`` which."""
     found = np.empty(3 * MOST_FACES_OF_A_VERTEX, dtype=np.int32)
     for f in range(low, high):
         count = 0
@@ -166,7 +166,7 @@ def _adjacent(low, high, corners, start, of_vertex, indptr, indices, fill):  # t
 
 
 @_fused
-def _frames(low, high, corners, V, centre, normal, area):  # type: ignore[no-untyped-def]
+def _frames(low, high, corners, V, center, normal, area):  # type: ignore[no-untyped-def]
     for f in range(low, high):
         i, j, k = corners[f, 0], corners[f, 1], corners[f, 2]
         a, b, c = V[j, 0] - V[i, 0], V[j, 1] - V[i, 1], V[j, 2] - V[i, 2]
@@ -177,18 +177,18 @@ def _frames(low, high, corners, V, centre, normal, area):  # type: ignore[no-unt
         by = 1 / size if size > 0 else 0.0
         normal[f, 0], normal[f, 1], normal[f, 2] = x * by, y * by, z * by
         for q in range(3):
-            centre[f, q] = (V[i, q] + V[j, q] + V[k, q]) / 3
+            center[f, q] = (V[i, q] + V[j, q] + V[k, q]) / 3
 
 
 @_fused
-def _weigh(low, high, indptr, indices, centre, normal, root, near, alike, weight, degree):  # type: ignore[no-untyped-def]
+def _weigh(low, high, indptr, indices, center, normal, root, near, alike, weight, degree):  # type: ignore[no-untyped-def]
     for i in range(low, high):
         total = 0.0
         for k in range(indptr[i], indptr[i + 1]):
             j = indices[k]
-            a = centre[i, 0] - centre[j, 0]
-            b = centre[i, 1] - centre[j, 1]
-            c = centre[i, 2] - centre[j, 2]
+            a = center[i, 0] - center[j, 0]
+            b = center[i, 1] - center[j, 1]
+            c = center[i, 2] - center[j, 2]
             u = normal[i, 0] - normal[j, 0]
             v = normal[i, 1] - normal[j, 1]
             w = normal[i, 2] - normal[j, 2]

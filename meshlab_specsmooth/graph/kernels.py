@@ -1,4 +1,4 @@
-"""What a sweep does: the walk P = D^-1 W over every vertex' neighbours, fused with what becomes of the outcome."""
+"""What a sweep does: the walk P = D^-1 W over every vertex' neighbors, fused with what becomes of the outcome."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class Kernels(Protocol):
         """``x`` becomes x + p step, then ``p`` m r + p turn."""
 
     def squares(self, first: int, last: int, v: Floats, sums: Floats) -> None:
-        """``sums``, (n, 1), becomes the sums of w_ij^2 v_j over the neighbours j."""
+        """``sums``, (n, 1), becomes the sums of w_ij^2 v_j over the neighbors j."""
 
     def inner_products(self, first: int, last: int, X: Floats, Y: Floats, sums: Floats) -> None:
         """``sums`` becomes X . (D X) and X . (D Y), summed over the columns, in two columns."""

@@ -16,7 +16,7 @@ from meshlab_specsmooth.runtime import blocks
 
 @dataclass(frozen=True, eq=False)
 class Laplacian:
-    """L = I - P, P = D^-1 W the walk to the neighbours, D the row sums of the weights W.
+    """L = I - P, P = D^-1 W the walk to the neighbors, D the row sums of the weights W.
 
     L is not symmetric; its twin S = D^1/2 L D^-1/2 is, has the same eigenvalues, all inside [0, 2], and for every
     function h(L) = D^-1/2 h(S) D^1/2. So polynomials of L are summed as they stand, while whatever projects or takes
@@ -53,7 +53,7 @@ class Laplacian:
         blocks.in_threads(lambda first, last: work(first, last, X, now, before, factor, share), len(X))
 
     def __matmul__(self, X: Floats) -> Floats:
-        """L X for X of shape (n, k): each row less the weighted mean of its neighbours."""
+        """L X for X of shape (n, k): each row less the weighted mean of its neighbors."""
         return in_threes(lambda three: self.product(three, np.empty_like(three)), X)
 
     def inner_products(self, X: Floats, Y: Floats) -> tuple[float, float]:
@@ -76,7 +76,7 @@ class Laplacian:
         return out
 
     def sums_of_squares(self, v: Floats) -> Floats:
-        """(n, 1) sums of w_ij^2 v_j over each vertex' neighbours j, for v of shape (n, 1)."""
+        """(n, 1) sums of w_ij^2 v_j over each vertex' neighbors j, for v of shape (n, 1)."""
         sums, work = np.empty_like(v), self.kernels.squares
         blocks.in_threads(lambda first, last: work(first, last, v, sums), self.size)
         return sums

@@ -23,7 +23,7 @@ class ReferenceKernels:
             share *= graph.weights
         # one matrix for each block of rows, which share the arrays of the whole
         self.walk = _by_blocks(graph.adjacency(share))
-        self.neighbours = None if graph.weights is None else _by_blocks(graph.adjacency(np.ones(len(share))))
+        self.neighbors = None if graph.weights is None else _by_blocks(graph.adjacency(np.ones(len(share))))
         self.squared = None if graph.weights is None else _by_blocks(graph.adjacency(graph.weights**2))
 
     def step(  # noqa: D102 (the protocol says it)
@@ -45,7 +45,7 @@ class ReferenceKernels:
             y /= self.degree[at]
             if rows is not None:
                 y *= rows[at]
-            z[at] = y if self.neighbours is not None else kappa * p[at] - y
+            z[at] = y if self.neighbors is not None else kappa * p[at] - y
 
     def gather(  # noqa: D102
         self,
@@ -61,11 +61,11 @@ class ReferenceKernels:
     ) -> None:
         for i, at in self._blocks(first, last):
             t = self.walk[i] @ z
-            if self.neighbours is None:
+            if self.neighbors is None:
                 t += kappa * p[at] - z[at]
                 t *= self.degree[at]
             else:
-                t = self.degree[at] * (z[at] - t) + kappa * (self.neighbours[i] @ p)
+                t = self.degree[at] * (z[at] - t) + kappa * (self.neighbors[i] @ p)
             t += gram[at] * p[at]
             if free is not None:
                 t *= free[at]

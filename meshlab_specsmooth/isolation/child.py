@@ -214,7 +214,7 @@ def _read(pipe: Any) -> object:
 
 
 def _sphere() -> tuple[Floats, Integers]:
-    """Small, but larger than what is treated by other methods than large meshes are; with noise to be recognised."""
+    """Small, but larger than what is treated by other methods than large meshes are; with noise to be recognized."""
     ms = pymeshlab.MeshSet()
     ms.create_sphere(subdiv=4)
     vertices, faces = meshset.pull(ms)

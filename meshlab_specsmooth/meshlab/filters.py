@@ -32,13 +32,13 @@ from meshlab_specsmooth.meshlab.creases import selected_edges
 from meshlab_specsmooth.meshlab.descriptors import Descriptor
 from meshlab_specsmooth.meshlab.meshset import Change, by_place, check_finite, in_one_pass, pull, verbosity_of, write
 from meshlab_specsmooth.meshlab.parameters import RefusedParameter, resolve
-from meshlab_specsmooth.operators.laplacians.laplacians.boundary import ALL_KEPT, NOTHING_SELECTED
+from meshlab_specsmooth.operators.boundary import ALL_KEPT, NOTHING_SELECTED
 from meshlab_specsmooth.parameters import show
 from meshlab_specsmooth.power_spectrum import spectrum
 from meshlab_specsmooth.runtime.bars import begin
 from meshlab_specsmooth.runtime.memory import require
 from meshlab_specsmooth.runtime.progress import Progress, announce, part
-from meshlab_specsmooth.smoothing.api.api.api import (
+from meshlab_specsmooth.smoothing.api import (
     BYTES_PER_VERTEX,
     Prepared,
     SmoothingResult,
@@ -381,7 +381,7 @@ def _moved_by_normals(
     """The evidence as a dict, and the new vertices."""
     vertices, faces = pull(ms)
     creases = _creases_of(ms, values.pop("creases"), values.pop("crease_angle"))
-    given = _given(ms, values, "strength", "range_width", "passes", "barycenter_weight")
+    given = _given(ms, values, "strength", "range_sigma", "iterations", "barycenter_weight")
     result = function(vertices, faces, creases=creases, **given, progress=part(progress, 0.0, _WRITING))
     return _report(result), Change(vertices=in_one_pass(vertices, result.vertices))
 

@@ -40,7 +40,7 @@ def hausdorff(a: Surface, b: Surface) -> float:
 
 
 @accept_meshes
-def crossing_faces(mesh: Mesh, faces: npt.ArrayLike | None = None) -> Booleans:
+def self_intersecting_faces(mesh: Mesh, faces: npt.ArrayLike | None = None) -> Booleans:
     """Which faces run through others, as MeshLab finds them.
 
     Parameters
@@ -65,7 +65,7 @@ def crossing_faces(mesh: Mesh, faces: npt.ArrayLike | None = None) -> Booleans:
     >>> import meshlab_specsmooth as mss
     >>> flat = [[0, 0, 0], [2, 0, 0], [0, 2, 0]]
     >>> upright, aside = ([[x, 0.2, -1], [x, 0.4, -1], [x, 0.3, 1]] for x in (0.5, 5))
-    >>> mss.crossing_faces([*flat, *upright, *aside], [[0, 1, 2], [3, 4, 5], [6, 7, 8]]).tolist()
+    >>> mss.self_intersecting_faces([*flat, *upright, *aside], [[0, 1, 2], [3, 4, 5], [6, 7, 8]]).tolist()
     [True, True, False]
     """
     source = recognize(mesh, faces)

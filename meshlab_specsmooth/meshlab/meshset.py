@@ -333,10 +333,10 @@ def _what_a_filter_tells(ms: pymeshlab.MeshSet) -> str:
 
 @contextlib.contextmanager
 def keeping_script(ms: pymeshlab.MeshSet) -> Iterator[None]:
-    """The filter script is afterwards what it was before; interrupts must wait around it (:class:`Hold`).
+    """The filter script is afterward what it was before; interrupts must wait around it (:class:`Hold`).
 
     pymeshlab records every filter and offers no way to drop the last one, so the script is saved, and loaded again
-    afterwards. Its files hold six digits of a number, and so does the script from then on: what was recorded with more
+    afterward. Its files hold six digits of a number, and so does the script from then on: what was recorded with more
     digits before is replayed with six.
     """
     script = script_of(ms)
@@ -396,7 +396,7 @@ _streams = threading.RLock()
 
 @contextlib.contextmanager
 def native_output() -> Iterator[list[str]]:
-    """Catch what C++ writes to standard output and error during one short call; afterwards it is in the list.
+    """Catch what C++ writes to standard output and error during one short call; afterward it is in the list.
 
     Interrupts must wait around it (:class:`Hold`), or the process may be left without its standard output.
     """

@@ -30,10 +30,10 @@ class Layer:
     surface : Surface
     quality : (n,) float64
         Of the vertices.
-    colours : (n, 3) float64 or None
+    colors : (n, 3) float64 or None
         Of the vertices, in [0, 1].
     visible : bool
-    face_colours : (m, 3) float64 or None
+    face_colors : (m, 3) float64 or None
         The same of the faces.
     """
 
@@ -41,9 +41,9 @@ class Layer:
     file: str
     surface: Surface
     quality: Floats
-    colours: Floats | None
+    colors: Floats | None
     visible: bool = True
-    face_colours: Floats | None = None
+    face_colors: Floats | None = None
 
 
 def write(path: str | os.PathLike[str], layers: Sequence[Layer]) -> None:
@@ -69,21 +69,21 @@ def write(path: str | os.PathLike[str], layers: Sequence[Layer]) -> None:
 
 
 def _write_mesh(path: Path, layer: Layer) -> None:
-    colours = {
+    colors = {
         f"{kind}_color_matrix": np.concatenate([each, np.ones((len(each), 1))], axis=1)
-        for kind, each in (("v", layer.colours), ("f", layer.face_colours))
+        for kind, each in (("v", layer.colors), ("f", layer.face_colors))
         if each is not None
     }
     ms = pymeshlab.MeshSet()
-    ms.add_mesh(pymeshlab.Mesh(layer.surface.vertices, layer.surface.faces, v_scalar_array=layer.quality, **colours))
+    ms.add_mesh(pymeshlab.Mesh(layer.surface.vertices, layer.surface.faces, v_scalar_array=layer.quality, **colors))
     with files.replacing(path) as part:
         ms.save_current_mesh(
             str(part),
             save_vertex_quality=True,
-            save_vertex_color=layer.colours is not None,
+            save_vertex_color=layer.colors is not None,
             save_vertex_coord=True,
             save_vertex_normal=False,
-            save_face_color=layer.face_colours is not None,
+            save_face_color=layer.face_colors is not None,
             save_face_quality=False,
             save_wedge_texcoord=False,
             save_wedge_normal=False,

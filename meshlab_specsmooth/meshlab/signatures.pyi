@@ -18,10 +18,10 @@ class _Value(Protocol):
 def apply_coord_edge_aware_smoothing(
     ms: pymeshlab.MeshSet,
     *,
-    favor: Literal["position", "normals"] = "position",
+    criterion: Literal["position", "normals"] = "position",
     strength: float = 0.0,
-    range_width: float = 0.0,
-    passes: int = 0,
+    range_sigma: float = 0.0,
+    iterations: int = 0,
     start: Literal["auto", "given", "smoothed"] = "auto",
     barycenter_weight: float = 0.0,
     boundary: Literal["free", "fixed", "curve", "auto"] = "auto",
@@ -41,30 +41,30 @@ def apply_coord_edge_aware_smoothing(
 
     Parameters
     ----------
-    favor : position | normals, default position
+    criterion : position | normals, default position
         Whether the error of positions is to be least, or rather that of the normals: then the noise is taken
         for higher.
     strength : float in [0, 1000], default 0.0
         Strength of the low-pass of the normals: 0.1 is gentle, 2 to 6 suits hard edges under much noise. 0:
         chosen by estimated error.
-    range_width : float in [0, 2], default 0.0
+    range_sigma : float in [0, 2], default 0.0
         Difference of unit normals that counts as an edge: 0.2 for hard edges, 0.6 for organic shapes. 0: chosen
         by estimated error.
-    passes : int in [0, 100], default 0
+    iterations : int in [0, 100], default 0
         How often normals are filtered and vertices follow. 0: chosen by estimated error.
     start : auto | given | smoothed, default auto
         What the first pass filters: the surface as given, for hard edges, or the isotropically smoothed one,
-        for organic shapes. auto: chosen by estimated error; as given where strength, range width and passes are
+        for organic shapes. auto: chosen by estimated error; as given where strength, range sigma and iterations are
         given.
     barycenter_weight : float in [0, 1000], default 0.0
         How firmly the isotropic filter, which the first pass is guided by or starts from, holds the face
-        barycentres. 0: chosen by the noise.
+        barycenters. 0: chosen by the noise.
     boundary : free | fixed | curve | auto, default auto
         What happens at the boundary of an open surface: free treats it like the rest, which may draw it
-        inwards, fixed leaves it to the bit, so that tiles with a common edge still fit, curve smooths it along
-        itself. auto: it follows the normals of its faces, and is not drawn inwards.
+        inward, fixed leaves it to the bit, so that tiles with a common edge still fit, curve smooths it along
+        itself. auto: it follows the normals of its faces, and is not drawn inward.
     selected : bool, default whether something is selected
-        Moves only selected vertices and those of selected faces; the effect fades out towards the others.
+        Moves only selected vertices and those of selected faces; the effect fades out toward the others.
         Default: on when something is selected, unless the selection marks features.
     features : none | vertex_selection | face_selection | vertex_quality, default none
         Which vertices carry detail to be kept or enhanced: the selected ones, those of selected faces, or each
@@ -87,7 +87,7 @@ def apply_coord_edge_aware_smoothing(
 def apply_coord_spectral_denoising(
     ms: pymeshlab.MeshSet,
     *,
-    favor: Literal["position", "normals"] = "position",
+    criterion: Literal["position", "normals"] = "position",
     boundary: Literal["free", "fixed", "curve", "auto"] = "auto",
     selected: bool = ...,
     features: Literal["none", "vertex_selection", "face_selection", "vertex_quality"] = "none",
@@ -104,15 +104,15 @@ def apply_coord_spectral_denoising(
 
     Parameters
     ----------
-    favor : position | normals, default position
+    criterion : position | normals, default position
         Whether the error of positions is to be least, or rather that of the normals: then the noise is taken
         for higher.
     boundary : free | fixed | curve | auto, default auto
         What happens at the boundary of an open surface: free treats it like the rest, which may draw it
-        inwards, fixed leaves it to the bit, so that tiles with a common edge still fit, curve smooths it along
-        itself. auto: it follows the normals of its faces, and is not drawn inwards.
+        inward, fixed leaves it to the bit, so that tiles with a common edge still fit, curve smooths it along
+        itself. auto: it follows the normals of its faces, and is not drawn inward.
     selected : bool, default whether something is selected
-        Moves only selected vertices and those of selected faces; the effect fades out towards the others.
+        Moves only selected vertices and those of selected faces; the effect fades out toward the others.
         Default: on when something is selected, unless the selection marks features.
     features : none | vertex_selection | face_selection | vertex_quality, default none
         Which vertices carry detail to be kept or enhanced: the selected ones, those of selected faces, or each
@@ -167,7 +167,7 @@ def apply_coord_spectral_enhancement(
     response : ideal | butterworth | gaussian | heat, default butterworth
         Shape of the two ends of the band; all but ideal fall smoothly and have a half at the end.
     barycenter_weight : float in [0.001, 1000], default 0.1
-        How firmly the face barycentres are held. They hold back waves whose eigenvalue is below the weight, so
+        How firmly the face barycenters are held. They hold back waves whose eigenvalue is below the weight, so
         it is smaller here than for smoothing.
     laplacian : uniform | cotangent, default uniform
         Weights of the mesh Laplacian: uniform (the paper), or cotangents of the opposite angles, which drift
@@ -176,11 +176,11 @@ def apply_coord_spectral_enhancement(
         How the transfer function is applied: exact computes eigenvectors, chebyshev needs none and takes meshes
         of any size. auto is exact up to 1000 vertices.
     boundary : free | fixed | curve, default fixed
-        What happens at the boundary of an open surface: free treats it like the rest, which draws it inwards
+        What happens at the boundary of an open surface: free treats it like the rest, which draws it inward
         (the paper), fixed leaves it, curve treats it as a curve by itself, for scans with noise at their rim;
         holes that are shorter round than the wavelength stay.
     selected : bool, default whether something is selected
-        Moves only selected vertices and those of selected faces; the effect fades out towards the others.
+        Moves only selected vertices and those of selected faces; the effect fades out toward the others.
         Default: on when something is selected, unless the selection marks features.
     features : none | vertex_selection | face_selection | vertex_quality, default none
         Which vertices carry detail to be kept or enhanced: the selected ones, those of selected faces, or each
@@ -198,7 +198,7 @@ def apply_coord_spectral_low_pass(
     response: Literal["ideal", "butterworth", "gaussian", "heat"] = "ideal",
     laplacian: Literal["uniform", "cotangent"] = "uniform",
     method: Literal["auto", "exact", "chebyshev"] = "auto",
-    counting: Literal["estimated", "exact"] = "estimated",
+    mode_count: Literal["estimate", "exact"] = "estimate",
     selected: bool = ...,
     weld: bool = True,
     progress: Callable[[float], object] | None = None,
@@ -206,7 +206,7 @@ def apply_coord_spectral_low_pass(
     """Spectral Low-Pass, in place on the current mesh.
 
     Low-passes the coordinates themselves in the spectrum of the mesh Laplacian: plain spectral smoothing, which
-    loses all detail below the wavelength and shrinks. The limit of Spectral Smooth for a barycentre weight of 0,
+    loses all detail below the wavelength and shrinks. The limit of Spectral Smooth for a barycenter weight of 0,
     and what the paper compares with.
 
     Parameters
@@ -226,11 +226,11 @@ def apply_coord_spectral_low_pass(
     method : auto | exact | chebyshev, default auto
         How the transfer function is applied: exact computes eigenvectors, chebyshev needs none and takes meshes
         of any size. auto is exact up to 1000 vertices.
-    counting : estimated | exact, default estimated
+    mode_count : estimate | exact, default estimate
         How a number of modes becomes a cut-off: estimated from the density of modes, to about 2 % from 200
-        modes on, or counted exactly, by a few sparse factorisations. Up to 1000 vertices it is always exact.
+        modes on, or counted exactly, by a few sparse factorizations. Up to 1000 vertices it is always exact.
     selected : bool, default whether something is selected
-        Moves only selected vertices and those of selected faces; the effect fades out towards the others.
+        Moves only selected vertices and those of selected faces; the effect fades out toward the others.
         Default: on when something is selected.
     weld : bool, default True
         Vertices that lie at one place, as along texture seams and in triangle soups, move as one. Off: each
@@ -244,11 +244,11 @@ def apply_coord_spectral_smoothing(
     wavelength: float | _Value = 0.0,
     response: Literal["auto", "ideal", "butterworth", "gaussian", "heat"] = "auto",
     barycenter_weight: float = 0.0,
-    favor: Literal["position", "normals"] = "position",
-    passes: int = 1,
+    criterion: Literal["position", "normals"] = "position",
+    iterations: int = 1,
     laplacian: Literal["uniform", "cotangent"] = "uniform",
     method: Literal["auto", "exact", "chebyshev"] = "auto",
-    counting: Literal["estimated", "exact"] = "estimated",
+    mode_count: Literal["estimate", "exact"] = "estimate",
     boundary: Literal["free", "fixed", "curve", "auto"] = "auto",
     selected: bool = ...,
     features: Literal["none", "vertex_selection", "face_selection", "vertex_quality"] = "none",
@@ -259,7 +259,7 @@ def apply_coord_spectral_smoothing(
     """Spectral Smooth, in place on the current mesh.
 
     Smooths the surface without shrinking it: takes the differential coordinates of the vertices, low-passes them in
-    the spectrum of the mesh Laplacian, and rebuilds the surface by least squares while its face barycentres are
+    the spectrum of the mesh Laplacian, and rebuilds the surface by least squares while its face barycenters are
     held in place. After "Spectral mesh smoothing for virtual simulation".
 
     Parameters
@@ -275,13 +275,13 @@ def apply_coord_spectral_smoothing(
         estimated error. ideal is the paper's: all below the cut-off, nothing above. The others fall smoothly
         and keep a half at the cut-off.
     barycenter_weight : float in [0, 1000], default 0.0
-        How firmly the face barycentres are held, which is the strength of the filter: 1 is the paper and
+        How firmly the face barycenters are held, which is the strength of the filter: 1 is the paper and
         smooths gently, 0.3 suits noise of 0.2 edge lengths, less smooths more. 0 measures the noise and takes
         the weight of least estimated error.
-    favor : position | normals, default position
-        Whose error is made small where the barycentre weight is chosen: that of the positions, or that of the
+    criterion : position | normals, default position
+        Whose error is made small where the barycenter weight is chosen: that of the positions, or that of the
         normals, which asks for more smoothing.
-    passes : int in [1, 1000], default 1
+    iterations : int in [1, 1000], default 1
         How often the filter is applied, each time to the last result.
     laplacian : uniform | cotangent, default uniform
         Weights of the mesh Laplacian: uniform (the paper), or cotangents of the opposite angles, which drift
@@ -289,16 +289,16 @@ def apply_coord_spectral_smoothing(
     method : auto | exact | chebyshev, default auto
         How the transfer function is applied: exact computes eigenvectors, chebyshev needs none and takes meshes
         of any size. auto is exact up to 1000 vertices.
-    counting : estimated | exact, default estimated
+    mode_count : estimate | exact, default estimate
         How a number of modes becomes a cut-off: estimated from the density of modes, to about 2 % from 200
-        modes on, or counted exactly, by a few sparse factorisations. Up to 1000 vertices it is always exact.
+        modes on, or counted exactly, by a few sparse factorizations. Up to 1000 vertices it is always exact.
     boundary : free | fixed | curve | auto, default auto
-        What happens at the boundary of an open surface: free treats it like the rest, which draws it inwards
+        What happens at the boundary of an open surface: free treats it like the rest, which draws it inward
         (the paper), fixed leaves it, curve treats it as a curve by itself, for scans with noise at their rim;
         holes that are shorter round than the wavelength stay. auto is fixed, unless the weight is chosen and
-        the noise is shared between neighbours: then the boundary moves across the surface, but not along it.
+        the noise is shared between neighbors: then the boundary moves across the surface, but not along it.
     selected : bool, default whether something is selected
-        Moves only selected vertices and those of selected faces; the effect fades out towards the others.
+        Moves only selected vertices and those of selected faces; the effect fades out toward the others.
         Default: on when something is selected, unless the selection marks features.
     features : none | vertex_selection | face_selection | vertex_quality, default none
         Which vertices carry detail to be kept or enhanced: the selected ones, those of selected faces, or each
@@ -318,11 +318,11 @@ def compute_scalar_by_spectral_displacement(
     wavelength: float | _Value = 0.0,
     response: Literal["auto", "ideal", "butterworth", "gaussian", "heat"] = "auto",
     barycenter_weight: float = 0.0,
-    favor: Literal["position", "normals"] = "position",
-    passes: int = 1,
+    criterion: Literal["position", "normals"] = "position",
+    iterations: int = 1,
     laplacian: Literal["uniform", "cotangent"] = "uniform",
     method: Literal["auto", "exact", "chebyshev"] = "auto",
-    counting: Literal["estimated", "exact"] = "estimated",
+    mode_count: Literal["estimate", "exact"] = "estimate",
     boundary: Literal["free", "fixed", "curve", "auto"] = "auto",
     weld: bool = True,
     progress: Callable[[float], object] | None = None,
@@ -330,7 +330,7 @@ def compute_scalar_by_spectral_displacement(
     """Spectral Displacement, in place on the current mesh.
 
     Writes into the vertex quality how far Spectral Smooth would move each vertex along its normal, in mesh units,
-    outwards positive: the noise that the filter sees, to colour and to look at. The mesh does not move. Vertices at
+    outwards positive: the noise that the filter sees, to color and to look at. The mesh does not move. Vertices at
     one place share the mean of theirs.
 
     Parameters
@@ -346,13 +346,13 @@ def compute_scalar_by_spectral_displacement(
         estimated error. ideal is the paper's: all below the cut-off, nothing above. The others fall smoothly
         and keep a half at the cut-off.
     barycenter_weight : float in [0, 1000], default 0.0
-        How firmly the face barycentres are held, which is the strength of the filter: 1 is the paper and
+        How firmly the face barycenters are held, which is the strength of the filter: 1 is the paper and
         smooths gently, 0.3 suits noise of 0.2 edge lengths, less smooths more. 0 measures the noise and takes
         the weight of least estimated error.
-    favor : position | normals, default position
-        Whose error is made small where the barycentre weight is chosen: that of the positions, or that of the
+    criterion : position | normals, default position
+        Whose error is made small where the barycenter weight is chosen: that of the positions, or that of the
         normals, which asks for more smoothing.
-    passes : int in [1, 1000], default 1
+    iterations : int in [1, 1000], default 1
         How often the filter is applied, each time to the last result.
     laplacian : uniform | cotangent, default uniform
         Weights of the mesh Laplacian: uniform (the paper), or cotangents of the opposite angles, which drift
@@ -360,14 +360,14 @@ def compute_scalar_by_spectral_displacement(
     method : auto | exact | chebyshev, default auto
         How the transfer function is applied: exact computes eigenvectors, chebyshev needs none and takes meshes
         of any size. auto is exact up to 1000 vertices.
-    counting : estimated | exact, default estimated
+    mode_count : estimate | exact, default estimate
         How a number of modes becomes a cut-off: estimated from the density of modes, to about 2 % from 200
-        modes on, or counted exactly, by a few sparse factorisations. Up to 1000 vertices it is always exact.
+        modes on, or counted exactly, by a few sparse factorizations. Up to 1000 vertices it is always exact.
     boundary : free | fixed | curve | auto, default auto
-        What happens at the boundary of an open surface: free treats it like the rest, which draws it inwards
+        What happens at the boundary of an open surface: free treats it like the rest, which draws it inward
         (the paper), fixed leaves it, curve treats it as a curve by itself, for scans with noise at their rim;
         holes that are shorter round than the wavelength stay. auto is fixed, unless the weight is chosen and
-        the noise is shared between neighbours: then the boundary moves across the surface, but not along it.
+        the noise is shared between neighbors: then the boundary moves across the surface, but not along it.
     weld : bool, default True
         Vertices that lie at one place, as along texture seams and in triangle soups, move as one. Off: each
         copy is a vertex of its own, and the surface ends at its edges.
@@ -402,10 +402,10 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
     def apply_coord_edge_aware_smoothing(
         self,
         *,
-        favor: Literal["position", "normals"] = "position",
+        criterion: Literal["position", "normals"] = "position",
         strength: float = 0.0,
-        range_width: float = 0.0,
-        passes: int = 0,
+        range_sigma: float = 0.0,
+        iterations: int = 0,
         start: Literal["auto", "given", "smoothed"] = "auto",
         barycenter_weight: float = 0.0,
         boundary: Literal["free", "fixed", "curve", "auto"] = "auto",
@@ -425,30 +425,30 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
 
         Parameters
         ----------
-        favor : position | normals, default position
+        criterion : position | normals, default position
             Whether the error of positions is to be least, or rather that of the normals: then the noise is taken
             for higher.
         strength : float in [0, 1000], default 0.0
             Strength of the low-pass of the normals: 0.1 is gentle, 2 to 6 suits hard edges under much noise. 0:
             chosen by estimated error.
-        range_width : float in [0, 2], default 0.0
+        range_sigma : float in [0, 2], default 0.0
             Difference of unit normals that counts as an edge: 0.2 for hard edges, 0.6 for organic shapes. 0: chosen
             by estimated error.
-        passes : int in [0, 100], default 0
+        iterations : int in [0, 100], default 0
             How often normals are filtered and vertices follow. 0: chosen by estimated error.
         start : auto | given | smoothed, default auto
             What the first pass filters: the surface as given, for hard edges, or the isotropically smoothed one,
-            for organic shapes. auto: chosen by estimated error; as given where strength, range width and passes are
+            for organic shapes. auto: chosen by estimated error; as given where strength, range sigma and iterations are
             given.
         barycenter_weight : float in [0, 1000], default 0.0
             How firmly the isotropic filter, which the first pass is guided by or starts from, holds the face
-            barycentres. 0: chosen by the noise.
+            barycenters. 0: chosen by the noise.
         boundary : free | fixed | curve | auto, default auto
             What happens at the boundary of an open surface: free treats it like the rest, which may draw it
-            inwards, fixed leaves it to the bit, so that tiles with a common edge still fit, curve smooths it along
-            itself. auto: it follows the normals of its faces, and is not drawn inwards.
+            inward, fixed leaves it to the bit, so that tiles with a common edge still fit, curve smooths it along
+            itself. auto: it follows the normals of its faces, and is not drawn inward.
         selected : bool, default whether something is selected
-            Moves only selected vertices and those of selected faces; the effect fades out towards the others.
+            Moves only selected vertices and those of selected faces; the effect fades out toward the others.
             Default: on when something is selected, unless the selection marks features.
         features : none | vertex_selection | face_selection | vertex_quality, default none
             Which vertices carry detail to be kept or enhanced: the selected ones, those of selected faces, or each
@@ -471,7 +471,7 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
     def apply_coord_spectral_denoising(
         self,
         *,
-        favor: Literal["position", "normals"] = "position",
+        criterion: Literal["position", "normals"] = "position",
         boundary: Literal["free", "fixed", "curve", "auto"] = "auto",
         selected: bool = ...,
         features: Literal["none", "vertex_selection", "face_selection", "vertex_quality"] = "none",
@@ -488,15 +488,15 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
 
         Parameters
         ----------
-        favor : position | normals, default position
+        criterion : position | normals, default position
             Whether the error of positions is to be least, or rather that of the normals: then the noise is taken
             for higher.
         boundary : free | fixed | curve | auto, default auto
             What happens at the boundary of an open surface: free treats it like the rest, which may draw it
-            inwards, fixed leaves it to the bit, so that tiles with a common edge still fit, curve smooths it along
-            itself. auto: it follows the normals of its faces, and is not drawn inwards.
+            inward, fixed leaves it to the bit, so that tiles with a common edge still fit, curve smooths it along
+            itself. auto: it follows the normals of its faces, and is not drawn inward.
         selected : bool, default whether something is selected
-            Moves only selected vertices and those of selected faces; the effect fades out towards the others.
+            Moves only selected vertices and those of selected faces; the effect fades out toward the others.
             Default: on when something is selected, unless the selection marks features.
         features : none | vertex_selection | face_selection | vertex_quality, default none
             Which vertices carry detail to be kept or enhanced: the selected ones, those of selected faces, or each
@@ -551,7 +551,7 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
         response : ideal | butterworth | gaussian | heat, default butterworth
             Shape of the two ends of the band; all but ideal fall smoothly and have a half at the end.
         barycenter_weight : float in [0.001, 1000], default 0.1
-            How firmly the face barycentres are held. They hold back waves whose eigenvalue is below the weight, so
+            How firmly the face barycenters are held. They hold back waves whose eigenvalue is below the weight, so
             it is smaller here than for smoothing.
         laplacian : uniform | cotangent, default uniform
             Weights of the mesh Laplacian: uniform (the paper), or cotangents of the opposite angles, which drift
@@ -560,11 +560,11 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
             How the transfer function is applied: exact computes eigenvectors, chebyshev needs none and takes meshes
             of any size. auto is exact up to 1000 vertices.
         boundary : free | fixed | curve, default fixed
-            What happens at the boundary of an open surface: free treats it like the rest, which draws it inwards
+            What happens at the boundary of an open surface: free treats it like the rest, which draws it inward
             (the paper), fixed leaves it, curve treats it as a curve by itself, for scans with noise at their rim;
             holes that are shorter round than the wavelength stay.
         selected : bool, default whether something is selected
-            Moves only selected vertices and those of selected faces; the effect fades out towards the others.
+            Moves only selected vertices and those of selected faces; the effect fades out toward the others.
             Default: on when something is selected, unless the selection marks features.
         features : none | vertex_selection | face_selection | vertex_quality, default none
             Which vertices carry detail to be kept or enhanced: the selected ones, those of selected faces, or each
@@ -582,7 +582,7 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
         response: Literal["ideal", "butterworth", "gaussian", "heat"] = "ideal",
         laplacian: Literal["uniform", "cotangent"] = "uniform",
         method: Literal["auto", "exact", "chebyshev"] = "auto",
-        counting: Literal["estimated", "exact"] = "estimated",
+        mode_count: Literal["estimate", "exact"] = "estimate",
         selected: bool = ...,
         weld: bool = True,
         progress: Callable[[float], object] | None = None,
@@ -590,7 +590,7 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
         """Spectral Low-Pass, in place on the current mesh.
 
         Low-passes the coordinates themselves in the spectrum of the mesh Laplacian: plain spectral smoothing, which
-        loses all detail below the wavelength and shrinks. The limit of Spectral Smooth for a barycentre weight of 0,
+        loses all detail below the wavelength and shrinks. The limit of Spectral Smooth for a barycenter weight of 0,
         and what the paper compares with.
 
         Parameters
@@ -610,11 +610,11 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
         method : auto | exact | chebyshev, default auto
             How the transfer function is applied: exact computes eigenvectors, chebyshev needs none and takes meshes
             of any size. auto is exact up to 1000 vertices.
-        counting : estimated | exact, default estimated
+        mode_count : estimate | exact, default estimate
             How a number of modes becomes a cut-off: estimated from the density of modes, to about 2 % from 200
-            modes on, or counted exactly, by a few sparse factorisations. Up to 1000 vertices it is always exact.
+            modes on, or counted exactly, by a few sparse factorizations. Up to 1000 vertices it is always exact.
         selected : bool, default whether something is selected
-            Moves only selected vertices and those of selected faces; the effect fades out towards the others.
+            Moves only selected vertices and those of selected faces; the effect fades out toward the others.
             Default: on when something is selected.
         weld : bool, default True
             Vertices that lie at one place, as along texture seams and in triangle soups, move as one. Off: each
@@ -628,11 +628,11 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
         wavelength: float | _Value = 0.0,
         response: Literal["auto", "ideal", "butterworth", "gaussian", "heat"] = "auto",
         barycenter_weight: float = 0.0,
-        favor: Literal["position", "normals"] = "position",
-        passes: int = 1,
+        criterion: Literal["position", "normals"] = "position",
+        iterations: int = 1,
         laplacian: Literal["uniform", "cotangent"] = "uniform",
         method: Literal["auto", "exact", "chebyshev"] = "auto",
-        counting: Literal["estimated", "exact"] = "estimated",
+        mode_count: Literal["estimate", "exact"] = "estimate",
         boundary: Literal["free", "fixed", "curve", "auto"] = "auto",
         selected: bool = ...,
         features: Literal["none", "vertex_selection", "face_selection", "vertex_quality"] = "none",
@@ -643,7 +643,7 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
         """Spectral Smooth, in place on the current mesh.
 
         Smooths the surface without shrinking it: takes the differential coordinates of the vertices, low-passes them in
-        the spectrum of the mesh Laplacian, and rebuilds the surface by least squares while its face barycentres are
+        the spectrum of the mesh Laplacian, and rebuilds the surface by least squares while its face barycenters are
         held in place. After "Spectral mesh smoothing for virtual simulation".
 
         Parameters
@@ -659,13 +659,13 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
             estimated error. ideal is the paper's: all below the cut-off, nothing above. The others fall smoothly
             and keep a half at the cut-off.
         barycenter_weight : float in [0, 1000], default 0.0
-            How firmly the face barycentres are held, which is the strength of the filter: 1 is the paper and
+            How firmly the face barycenters are held, which is the strength of the filter: 1 is the paper and
             smooths gently, 0.3 suits noise of 0.2 edge lengths, less smooths more. 0 measures the noise and takes
             the weight of least estimated error.
-        favor : position | normals, default position
-            Whose error is made small where the barycentre weight is chosen: that of the positions, or that of the
+        criterion : position | normals, default position
+            Whose error is made small where the barycenter weight is chosen: that of the positions, or that of the
             normals, which asks for more smoothing.
-        passes : int in [1, 1000], default 1
+        iterations : int in [1, 1000], default 1
             How often the filter is applied, each time to the last result.
         laplacian : uniform | cotangent, default uniform
             Weights of the mesh Laplacian: uniform (the paper), or cotangents of the opposite angles, which drift
@@ -673,16 +673,16 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
         method : auto | exact | chebyshev, default auto
             How the transfer function is applied: exact computes eigenvectors, chebyshev needs none and takes meshes
             of any size. auto is exact up to 1000 vertices.
-        counting : estimated | exact, default estimated
+        mode_count : estimate | exact, default estimate
             How a number of modes becomes a cut-off: estimated from the density of modes, to about 2 % from 200
-            modes on, or counted exactly, by a few sparse factorisations. Up to 1000 vertices it is always exact.
+            modes on, or counted exactly, by a few sparse factorizations. Up to 1000 vertices it is always exact.
         boundary : free | fixed | curve | auto, default auto
-            What happens at the boundary of an open surface: free treats it like the rest, which draws it inwards
+            What happens at the boundary of an open surface: free treats it like the rest, which draws it inward
             (the paper), fixed leaves it, curve treats it as a curve by itself, for scans with noise at their rim;
             holes that are shorter round than the wavelength stay. auto is fixed, unless the weight is chosen and
-            the noise is shared between neighbours: then the boundary moves across the surface, but not along it.
+            the noise is shared between neighbors: then the boundary moves across the surface, but not along it.
         selected : bool, default whether something is selected
-            Moves only selected vertices and those of selected faces; the effect fades out towards the others.
+            Moves only selected vertices and those of selected faces; the effect fades out toward the others.
             Default: on when something is selected, unless the selection marks features.
         features : none | vertex_selection | face_selection | vertex_quality, default none
             Which vertices carry detail to be kept or enhanced: the selected ones, those of selected faces, or each
@@ -702,11 +702,11 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
         wavelength: float | _Value = 0.0,
         response: Literal["auto", "ideal", "butterworth", "gaussian", "heat"] = "auto",
         barycenter_weight: float = 0.0,
-        favor: Literal["position", "normals"] = "position",
-        passes: int = 1,
+        criterion: Literal["position", "normals"] = "position",
+        iterations: int = 1,
         laplacian: Literal["uniform", "cotangent"] = "uniform",
         method: Literal["auto", "exact", "chebyshev"] = "auto",
-        counting: Literal["estimated", "exact"] = "estimated",
+        mode_count: Literal["estimate", "exact"] = "estimate",
         boundary: Literal["free", "fixed", "curve", "auto"] = "auto",
         weld: bool = True,
         progress: Callable[[float], object] | None = None,
@@ -714,7 +714,7 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
         """Spectral Displacement, in place on the current mesh.
 
         Writes into the vertex quality how far Spectral Smooth would move each vertex along its normal, in mesh units,
-        outwards positive: the noise that the filter sees, to colour and to look at. The mesh does not move. Vertices at
+        outwards positive: the noise that the filter sees, to color and to look at. The mesh does not move. Vertices at
         one place share the mean of theirs.
 
         Parameters
@@ -730,13 +730,13 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
             estimated error. ideal is the paper's: all below the cut-off, nothing above. The others fall smoothly
             and keep a half at the cut-off.
         barycenter_weight : float in [0, 1000], default 0.0
-            How firmly the face barycentres are held, which is the strength of the filter: 1 is the paper and
+            How firmly the face barycenters are held, which is the strength of the filter: 1 is the paper and
             smooths gently, 0.3 suits noise of 0.2 edge lengths, less smooths more. 0 measures the noise and takes
             the weight of least estimated error.
-        favor : position | normals, default position
-            Whose error is made small where the barycentre weight is chosen: that of the positions, or that of the
+        criterion : position | normals, default position
+            Whose error is made small where the barycenter weight is chosen: that of the positions, or that of the
             normals, which asks for more smoothing.
-        passes : int in [1, 1000], default 1
+        iterations : int in [1, 1000], default 1
             How often the filter is applied, each time to the last result.
         laplacian : uniform | cotangent, default uniform
             Weights of the mesh Laplacian: uniform (the paper), or cotangents of the opposite angles, which drift
@@ -744,14 +744,14 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
         method : auto | exact | chebyshev, default auto
             How the transfer function is applied: exact computes eigenvectors, chebyshev needs none and takes meshes
             of any size. auto is exact up to 1000 vertices.
-        counting : estimated | exact, default estimated
+        mode_count : estimate | exact, default estimate
             How a number of modes becomes a cut-off: estimated from the density of modes, to about 2 % from 200
-            modes on, or counted exactly, by a few sparse factorisations. Up to 1000 vertices it is always exact.
+            modes on, or counted exactly, by a few sparse factorizations. Up to 1000 vertices it is always exact.
         boundary : free | fixed | curve | auto, default auto
-            What happens at the boundary of an open surface: free treats it like the rest, which draws it inwards
+            What happens at the boundary of an open surface: free treats it like the rest, which draws it inward
             (the paper), fixed leaves it, curve treats it as a curve by itself, for scans with noise at their rim;
             holes that are shorter round than the wavelength stay. auto is fixed, unless the weight is chosen and
-            the noise is shared between neighbours: then the boundary moves across the surface, but not along it.
+            the noise is shared between neighbors: then the boundary moves across the surface, but not along it.
         weld : bool, default True
             Vertices that lie at one place, as along texture seams and in triangle soups, move as one. Off: each
             copy is a vertex of its own, and the surface ends at its edges.

@@ -6,7 +6,7 @@ of L^2, so that white noise of standard deviation s gives s at every vertex; L^2
 
 Other scales are seen through bands W^(k - 1) (I - W^k)^2, W = I - L/2 the lazy walk, k = 1, 2, 4, ...: waves of some
 sqrt(k) edges, nothing of a plane or a paraboloid; each is compared with what white noise gives in the same band. White
-noise has one level in all of them until shape takes over. Noise that neighbours share is taken for the sum of white
+noise has one level in all of them until shape takes over. Noise that neighbors share is taken for the sum of white
 noise and of white noise that has walked for some steps.
 """
 
@@ -23,13 +23,13 @@ from meshlab_specsmooth.describe import Described, Rows, format_bound, format_ed
 from meshlab_specsmooth.geometry.triangles import compute_aspects, compute_heights
 from meshlab_specsmooth.graph.build import of_mesh
 from meshlab_specsmooth.graph.laplacian import Laplacian, laplacian
-from meshlab_specsmooth.operators.laplacians.laplacians.laplacians import Gram, gram_of_barycenters
-from meshlab_specsmooth.operators.laplacians.laplacians.patches import MIN_COUNTED
-from meshlab_specsmooth.operators.laplacians.laplacians.reconstruction import TOLERANCE, solve
+from meshlab_specsmooth.operators.laplacians import Gram, gram_of_barycenters
+from meshlab_specsmooth.operators.patches import MIN_COUNTED
+from meshlab_specsmooth.operators.reconstruction import TOLERANCE, solve
 
-NONE, WHITE, DIRECTIONAL, QUANTISED = "none", "white", "directional", "quantised"
+NONE, WHITE, DIRECTIONAL, QUANTIZED = "none", "white", "directional", "quantized"
 IMPULSE, CORRELATED, UNCLEAR = "impulse", "correlated", "unclear"
-KINDS = (NONE, WHITE, DIRECTIONAL, QUANTISED, IMPULSE, CORRELATED, UNCLEAR)
+KINDS = (NONE, WHITE, DIRECTIONAL, QUANTIZED, IMPULSE, CORRELATED, UNCLEAR)
 
 # Below this share of an edge nothing is called noise: it tilts normals by a degree or two, and the triangles of any
 # real mesh leave as much (an unsmoothed scan of 28 000 vertices has 0.015, a coarse model of 3000 more).
@@ -58,14 +58,14 @@ _STANDARD_ERRORS = 2.0
 
 # From the third band to the second, and from the fourth to the third, the level of a smooth shape falls by so much or
 # by more (measured on clean surfaces), that of noise by less: what is left when so much of the coarser band is taken
-# off is noise. Where its variance is more than that of the first band, and yet more in the third, neighbours share it.
+# off is noise. Where its variance is more than that of the first band, and yet more in the third, neighbors share it.
 _FALLS = (6.0, 3.0)
 _MORE_THAN_FIRST, _MORE_THAN_SECOND = 1.1**2, 2.0
 _SHARED_OVER = 8  # steps of the walk
 
 # A surface has normals because its waves get lower faster than shorter: from an octave to the next the amplitude more
 # than doubles (the power of its modes falls faster than 1 / lambda^2). Below what is called noise in the shortest waves
-# neighbours share noise only where, over two octaves, it does not: then the normals are lost in longer ones.
+# neighbors share noise only where, over two octaves, it does not: then the normals are lost in longer ones.
 _GROWTH_OF_SHAPE = 2.0
 _FINER, _COARSER = 2, 4  # the bands between which it is looked at
 
@@ -98,7 +98,7 @@ _EXACT_HEIGHT, _EXACT_FRACTIONS = 1e-6, (0.3, 0.68)
 # Of the largest tenth of the deviations of an exact model a third and more are equal to others, to a millionth of an
 # edge; of impulses hardly any, and a tenth where a flat part has many of one height. A lattice keeps some symmetry, of
 # 16 copies about an axis; a turned part has more
-_LARGEST, _REPEATED, _MAX_REPEATS = 0.9, 1e-6, {IMPULSE: 0.25, QUANTISED: 0.95}
+_LARGEST, _REPEATED, _MAX_REPEATS = 0.9, 1e-6, {IMPULSE: 0.25, QUANTIZED: 0.95}
 # Noise of more edges than this has lost the surface: what is measured so is a coarse shape
 _MAX_LEVEL = 1.0
 # Rounding to a lattice leaves its error at most vertices, which the median sees; the rings of a turned part lie on a
@@ -114,7 +114,7 @@ _ONE_SIDED, _UNLIKE = 2.0, 1.1
 # Share of the mean level in what few normals see of the covariance: on a box only those at its edges see more than axes
 _HELD = 0.03
 
-# The estimate's standard error is this over the root of the number of vertices: the residuals of L^2 at neighbours are
+# The estimate's standard error is this over the root of the number of vertices: the residuals of L^2 at neighbors are
 # correlated, so that there are half as many independent ones as vertices. The rest is what guide and shape put it off.
 _SPREAD = 1.25
 _SYSTEMATIC = 0.03
@@ -131,11 +131,11 @@ class Noise(Described):
     low, high : float
         Interval that holds it in 95 of 100 cases, if the kind is right; not for ``"correlated"``, whose long waves
         nothing tells from shape: there it is a factor of two either way.
-    kind : {"none", "white", "directional", "quantised", "impulse", "correlated", "unclear"}
+    kind : {"none", "white", "directional", "quantized", "impulse", "correlated", "unclear"}
         ``"none"``: below 2 % of an edge. ``"white"``: independent from vertex to vertex. ``"directional"``: white,
-        and along one direction mostly, as along the line of sight. ``"quantised"``: coordinates rounded to a lattice.
+        and along one direction mostly, as along the line of sight. ``"quantized"``: coordinates rounded to a lattice.
         ``"impulse"``: some vertices far off.
-        ``"correlated"``: shared between neighbours. ``"unclear"``: the triangles are too uneven, too coarse or too few
+        ``"correlated"``: shared between neighbors. ``"unclear"``: the triangles are too uneven, too coarse or too few
         to tell noise from shape; the level is 0 then, and ``high`` is what it would be if nothing were shape.
     mean_edge : float
         Of the mesh as given; noise makes edges longer.
@@ -148,7 +148,7 @@ class Noise(Described):
     outliers : float
         Share of vertices whose residual is beyond three standard deviations (0.003 for white noise).
     shared : float
-        Of the level, the part that neighbours share: level^2 = shared^2 + white^2; 0 for other kinds.
+        Of the level, the part that neighbors share: level^2 = shared^2 + white^2; 0 for other kinds.
     covariance : (3, 3) float64
         Of the noise vector of a vertex, in units of the squared level, so far as it is seen along the normals.
     hit : float
@@ -344,7 +344,7 @@ def _face_vectors(X: Floats, F: Integers) -> tuple[Floats, Floats]:
 
 
 def weight_for(level: float) -> float:
-    """A first guess of the barycentre weight for noise of ``level`` edges."""
+    """A first guess of the barycenter weight for noise of ``level`` edges."""
     return float(np.clip(STRENGTH / max(level, 1e-6), 2 * LEAST_WEIGHT, MOST_WEIGHT))
 
 
@@ -384,7 +384,7 @@ def measure(on: Sheet) -> Measured:
     is_rounded = level > _MIN_OF_ROUNDING * expected and 0.5 * expected < seen < 2 * expected
     if kind != CORRELATED and NEGLIGIBLE * on.mean_edge < expected and is_rounded:
         # what is rounded to a lattice has a known error, but no normal distribution: much of it stays in place
-        kind, spread, covariance = QUANTISED, expected, np.diag(rounding**2)
+        kind, spread, covariance = QUANTIZED, expected, np.diag(rounding**2)
     hit = 1.0
     if kind == IMPULSE:
         spread = seen
@@ -444,7 +444,7 @@ def _doubt(on: Sheet, noise: Noise, residual: Floats) -> tuple[str | None, float
     steady = noise.orders[3] > _STEADY * noise.orders[1]
     if noise.kind == CORRELATED and grows and steady and noise.outliers < _MAX_OUTLIERS:
         return "the shape has detail as fine as the triangles", 0.0
-    if noise.kind in (IMPULSE, QUANTISED):
+    if noise.kind in (IMPULSE, QUANTIZED):
         repeats = _count_repeats(residual, _REPEATED * on.mean_edge) > _MAX_REPEATS[noise.kind]
         return ("the largest deviations repeat exactly, as at the edges of a CAD model" if repeats else None), 0.0
     heights = compute_heights(on.positions, on.faces)
@@ -547,13 +547,13 @@ def _walked(L: Laplacian, X: Floats, steps: int) -> Floats:
 
 
 def _shared(L: Laplacian, white: Floats) -> Floats:
-    """Noise of unit variance that neighbours share, of white noise."""
+    """Noise of unit variance that neighbors share, of white noise."""
     walked = _walked(L, white, _SHARED_OVER)
     return np.asarray(walked / np.sqrt((walked**2).mean()))
 
 
 def _parts(on: Sheet, bands: tuple[float, ...], of_white: list[Floats]) -> tuple[float, float]:
-    """Standard deviations of the white noise and of what neighbours share, which is 0 if the noise is white."""
+    """Standard deviations of the white noise and of what neighbors share, which is 0 if the noise is white."""
     first = bands[0] ** 2
     second, third = (max(bands[i] ** 2 - (bands[i + 1] / _FALLS[i - 1]) ** 2, 0.0) for i in (1, 2))
     if second <= _MORE_THAN_FIRST * first or third <= _MORE_THAN_SECOND * second:
@@ -660,13 +660,13 @@ def _kind(
     return WHITE
 
 
-def realisation(on: Sheet, guide: Floats, noise: Noise, seed: int = _SEED) -> Floats:
+def realization(on: Sheet, guide: Floats, noise: Noise, seed: int = _SEED) -> Floats:
     """(k, 3): three draws of noise of that kind, each a scalar a vertex along the normals, in the sheet's units."""
     white = np.random.default_rng(seed).standard_normal(on.positions.shape)
     if noise.kind == CORRELATED:
         other = np.random.default_rng([seed, 1]).standard_normal(on.positions.shape)
         return np.asarray(np.sqrt(noise.level**2 - noise.shared**2) * white + noise.shared * _shared(on.L, other))
-    if noise.kind in (DIRECTIONAL, QUANTISED):
+    if noise.kind in (DIRECTIONAL, QUANTIZED):
         variance = np.maximum(np.einsum("ni,ij,nj->n", guide, noise.covariance, guide), 0.0)
         return np.asarray(noise.level * np.sqrt(variance)[:, None] * white)
     if noise.kind == IMPULSE:

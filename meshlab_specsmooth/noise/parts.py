@@ -10,8 +10,8 @@ from scipy.sparse.csgraph import connected_components
 
 from meshlab_specsmooth.arrays import Floats, Integers
 from meshlab_specsmooth.graph.laplacian import Laplacian
-from meshlab_specsmooth.noise.estimate.estimate.estimate import NONE, UNCLEAR, Noise, measure, sheet
-from meshlab_specsmooth.operators.laplacians.laplacians.patches import draw_sample
+from meshlab_specsmooth.noise.estimate import NONE, UNCLEAR, Noise, measure, sheet
+from meshlab_specsmooth.operators.patches import draw_sample
 
 # Components of fewer vertices are not measured by themselves; they go with the group whose edges are most like theirs,
 # if these are longer or shorter by no more than this factor.

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from meshlab_specsmooth.arrays import Booleans, Floats, Integers
 from meshlab_specsmooth.graph.extent import measure_faces, sum_faces
-from meshlab_specsmooth.noise.estimate.estimate.estimate import CORRELATED, QUANTISED, Noise
+from meshlab_specsmooth.noise.estimate import CORRELATED, QUANTIZED, Noise
 from meshlab_specsmooth.runtime import blocks
 
 # Changes below these fractions are of no concern, whatever explains them: of the volume, of the size along each
@@ -99,7 +99,7 @@ def compare_shapes(
     after, area_after, edges_after = _over_faces(Y, F, at, count)
     s2 = noise.level**2
     independent = number / (_CORRELATED_OVER if noise.kind == CORRELATED else 1.0)
-    is_mask = noise.kind == QUANTISED
+    is_mask = noise.kind == QUANTIZED
 
     tiny = np.finfo(np.float64).tiny
     by_chance = _SIGMAS * np.sqrt(s2 / independent) * area + (np.sqrt(s2) * area if is_mask else 0.0)

@@ -12,7 +12,7 @@ from scipy.sparse.csgraph import connected_components
 from meshlab_specsmooth.arrays import Booleans, Floats, Integers
 from meshlab_specsmooth.graph.build import weighted
 from meshlab_specsmooth.graph.laplacian import Laplacian, laplacian
-from meshlab_specsmooth.operators.laplacians.laplacians.laplacians import Gram
+from meshlab_specsmooth.operators.laplacians import Gram
 
 BOUNDARIES = ("free", "fixed", "curve", "auto")
 
@@ -34,7 +34,7 @@ class Rim:
     vertices : (k,) int32
         Indices of the boundary's vertices.
     L : Laplacian
-        Uniform Laplacian of the curve: each vertex less the mean of its neighbours along the boundary.
+        Uniform Laplacian of the curve: each vertex less the mean of its neighbors along the boundary.
     gram : Gram
         C^T C of the segments' midpoints.
     mean_edge : float

@@ -1,4 +1,4 @@
-"""The operators of the paper on a mesh: the Laplacian L (eq. 1-2), the face barycentres C (eq. 5-6)."""
+"""The operators of the paper on a mesh: the Laplacian L (eq. 1-2), the face barycenters C (eq. 5-6)."""
 
 from __future__ import annotations
 
@@ -83,13 +83,13 @@ class Gram:
 
 
 def gram_of_barycenters(mesh: MeshGraph) -> Gram:
-    """C^T C of the face barycentres: 1/9 for each face at a vertex, and for each at an edge."""
+    """C^T C of the face barycenters: 1/9 for each face at a vertex, and for each at an edge."""
     n = mesh.graph.size
     odd = coo_array(((mesh.odd_faces - 2) / 9, mesh.ends_of_odd()), shape=(n, n)).tocsr()
     return Gram(mesh.corner_count[:, None] / 9, 2 / 9, odd)
 
 
 def barycenters(F: Integers, n: int) -> csr_array:
-    """C of shape (m, n), three entries of 1/3 a row: ``C @ V`` are the face barycentres (paper, eq. 5)."""
+    """C of shape (m, n), three entries of 1/3 a row: ``C @ V`` are the face barycenters (paper, eq. 5)."""
     m = len(F)
     return csr_array((np.full(3 * m, 1 / 3), F.ravel(), np.arange(0, 3 * m + 1, 3)), shape=(m, n))

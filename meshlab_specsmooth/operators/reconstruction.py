@@ -1,4 +1,4 @@
-"""Step 3: the surface that has the filtered differential coordinates and keeps its face barycentres (eq. 5-6).
+"""Step 3: the surface that has the filtered differential coordinates and keeps its face barycenters (eq. 5-6).
 
 Solves min over V' of |L V' - delta'|^2 + w^2 |C V' - C V|^2 for the displacement x = V' - V, whose normal equations are
 
@@ -22,7 +22,7 @@ from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.errors import NotConverged
 from meshlab_specsmooth.graph.kernels import COLUMNS
 from meshlab_specsmooth.graph.laplacian import Laplacian
-from meshlab_specsmooth.operators.laplacians.laplacians.laplacians import Gram
+from meshlab_specsmooth.operators.laplacians import Gram
 from meshlab_specsmooth.runtime import blocks
 from meshlab_specsmooth.runtime.progress import Progress
 
@@ -145,13 +145,13 @@ def solve(
     start: Floats | None = None,
     off: float = TOLERANCE,
 ) -> Solution:
-    """Displacement that turns the differential coordinates by ``change`` as well as the barycentres allow.
+    """Displacement that turns the differential coordinates by ``change`` as well as the barycenters allow.
 
     Parameters
     ----------
     L : Laplacian
     gram : Gram
-        C^T C of the face barycentres.
+        C^T C of the face barycenters.
     weight : float
         w > 0, dimensionless.
     change : (n, 3) float64

@@ -31,7 +31,7 @@ from meshlab_specsmooth.comparison.comparison import (
 from meshlab_specsmooth.errors import FileError, InvalidParameter, MissingExtra
 from meshlab_specsmooth.geometry.surface import Surface
 from meshlab_specsmooth.meshlab import files, projects
-from meshlab_specsmooth.noise.estimate.estimate.estimate import NONE, UNCLEAR
+from meshlab_specsmooth.noise.estimate import NONE, UNCLEAR
 from meshlab_specsmooth.report import plots
 from meshlab_specsmooth.report.pictures import HEIGHT_BY_WIDTH, Panel, View, close_up, front, render
 from meshlab_specsmooth.runtime import temporary
@@ -44,13 +44,13 @@ _SHOWN = 8  # panels at first
 _GIVEN, _TRUTH = "as given", "the truth"
 _FIRST_OF_SHAPE = "feature_loss"  # the measure that the second table begins with
 _MOST_HALF = 65000.0  # of a number of 16 bits
-# Colours end at this quantile of all results that are better than the mesh as given
+# Colors end at this quantile of all results that are better than the mesh as given
 _QUANTILE = 0.98
 
 
 @dataclass(frozen=True)
-class _Colouring:
-    """What surfaces can be coloured by."""
+class _Coloring:
+    """What surfaces can be colored by."""
 
     key: str
     label: str
@@ -60,9 +60,9 @@ class _Colouring:
 
 
 _COLOURINGS = (
-    _Colouring("error", "distance to the truth", "mean edges", "viridis", False),
-    _Colouring("displacement", "distance moved", "mean edges", "viridis", False),
-    _Colouring("curvature", "curvature", "(hollow to ridge, by mean edge)", "coolwarm", True),
+    _Coloring("error", "distance to the truth", "mean edges", "viridis", False),
+    _Coloring("displacement", "distance moved", "mean edges", "viridis", False),
+    _Coloring("curvature", "curvature", "(hollow to ridge, by mean edge)", "coolwarm", True),
 )
 
 
@@ -212,7 +212,7 @@ def page(found: Comparison, recipe: str = "") -> str:
         raise MissingExtra("the page", "report") from error
     here = importlib.resources.files(__package__) / "templates"
     environment = jinja2.Environment(autoescape=True, trim_blocks=True)
-    painted = plots.colours(found)
+    painted = plots.colors(found)
     drawn = _drawn(found)
     safe = jinja2.utils.markupsafe.Markup
     notes: list[str] = []
@@ -228,7 +228,7 @@ def page(found: Comparison, recipe: str = "") -> str:
         bar_words=_bar_words(found),
         bar_unit=_bar_measure(found).key,
         bar_ticks=_bar_ticks(found),
-        colourings=[c for c in _COLOURINGS if any(c.key in row.colours for row in found.rows)],
+        colorings=[c for c in _COLOURINGS if any(c.key in row.colors for row in found.rows)],
         panels=panels,
         display_note=_display_note(found, drawn),
         tables=_tables(found, rows),
@@ -237,7 +237,7 @@ def page(found: Comparison, recipe: str = "") -> str:
         curves=[_figure(plot, safe) for plot in plots.curves(found)],
         tuned=_tuned(found, painted),
         tuned_columns=_tuned_columns(found),
-        legend=[{"name": row.name, "colour": painted[row.name]} for row in found.rows if not row.failure],
+        legend=[{"name": row.name, "color": painted[row.name]} for row in found.rows if not row.failure],
         waves=[_figure(plot, safe) for plot in plots.waves(found)],
         calls=_calls(found),
         recipe=recipe,
@@ -361,7 +361,7 @@ def _bars(found: Comparison, painted: Mapping[str, str]) -> list[dict[str, Any]]
                 "low": round(100 * max(value - spread, 0.0) / full, 2),
                 "spread": round(100 * min(2 * spread, value + spread) / full, 2) if upper == value <= full else 0.0,
                 "truth": round(100 * truth / full, 2) if truth <= full else None,
-                "colour": painted[row.name],
+                "color": painted[row.name],
                 "shown": shown_value,
                 "tip": _bar_tip(row, key, shown_value),
             }
@@ -423,7 +423,7 @@ def _table_row(found: Comparison, row: Row, painted: Mapping[str, str], notes: l
     return {
         "name": row.name,
         "best": row is found.choice,
-        "colour": painted[row.name],
+        "color": painted[row.name],
         "failure": row.failure,
         "notes": " ".join(str(notes.index(note) + 1) for note in own),
         "cells": cells,
@@ -441,7 +441,7 @@ def _tuned(found: Comparison, painted: Mapping[str, str]) -> list[dict[str, Any]
     return [
         {
             "name": point.call,
-            "colour": painted[curve.competitor.name],
+            "color": painted[curve.competitor.name],
             "cells": [
                 {**cell, "shown": format_estimate(point.values[m.key], point.uncertainty)}
                 if m.key == "estimated_error"
@@ -537,12 +537,12 @@ class _Shape:
 def _shapes(found: Comparison) -> list[_Shape]:
     """As given, the truth if it has the same faces, then the results, best first."""
     given = found.rows[0]
-    shapes = [_Shape(_GIVEN, found.given, given.colours, given)]
+    shapes = [_Shape(_GIVEN, found.given, given.colors, given)]
     if found.truth is not None and np.array_equal(found.truth.faces, found.given.faces):
         flat = np.zeros(len(found.truth.vertices))
         shapes.append(_Shape(_TRUTH, found.truth, {"error": flat}, None))
     shapes += [
-        _Shape(row.name, row.surface, row.colours, row)
+        _Shape(row.name, row.surface, row.colors, row)
         for row in found.ranked
         if row.surface is not None and row is not given
     ]
@@ -559,7 +559,7 @@ def _panels(
     return [
         {
             "name": shape.name,
-            "colour": plots.TRUTH if shape.row is None else painted[shape.name],
+            "color": plots.TRUTH if shape.row is None else painted[shape.name],
             "caption": "" if shape.row is None else _caption(shape.row),
             "shown": i < _SHOWN,
             "picture": pictures[i] if i < len(pictures) else "",
@@ -611,10 +611,10 @@ def _pictures(
 def _eye_catcher(found: Comparison) -> Floats:
     """A point on the side that is seen first, where the surface bends most."""
     best = found.choice or found.best
-    surface, bent = best.surface or found.given, np.abs(best.colours["curvature"])
+    surface, bent = best.surface or found.given, np.abs(best.colors["curvature"])
     V, view = surface.vertices, front(surface)
-    towards = view.direction / np.linalg.norm(view.direction)
-    depth = V @ towards
+    toward = view.direction / np.linalg.norm(view.direction)
+    depth = V @ toward
     cells = np.floor((V - V.min(axis=0)) / (0.1 * float(np.ptp(V, axis=0).max()) or 1.0)).astype(np.int64)
     _, which = np.unique(cells, axis=0, return_inverse=True)
     which = which.reshape(-1)
@@ -632,7 +632,7 @@ def _scene(
     drawn: tuple[npt.NDArray[np.int64], Integers],
     panels: Sequence[Mapping[str, Any]],
 ) -> dict[str, Any]:
-    """The meshes, quantised, for the script of the page."""
+    """The meshes, quantized, for the script of the page."""
     kept, faces = drawn
     shapes = _shapes(found)
     low, high = found.given.vertices.min(axis=0), found.given.vertices.max(axis=0)
@@ -641,7 +641,7 @@ def _scene(
     extent = float(size.max())
     unit = 1 / extent  # the script's numbers are about 1
     wide = len(kept) > 2**16
-    scales = {c.key: (c, *_range(found, c)) for c in _COLOURINGS if any(c.key in row.colours for row in found.rows)}
+    scales = {c.key: (c, *_range(found, c)) for c in _COLOURINGS if any(c.key in row.colors for row in found.rows)}
     meshes = []
     for shape in shapes:
         inside = np.clip((shape.surface.vertices[kept] - low) / size, 0, 1)
@@ -674,20 +674,20 @@ def _scene(
     }
 
 
-def _range(found: Comparison, colouring: _Colouring) -> tuple[float, float]:
+def _range(found: Comparison, coloring: _Coloring) -> tuple[float, float]:
     """The common scale of all panels: from the results, and the mesh as given, that are not far astray."""
     limit = 1.1 * found.rows[0].values.get("estimated_error", 0.0)
     rows = [row for row in found.rows if not row.failure and row.values.get("estimated_error", 0.0) <= limit]
-    values = np.concatenate([np.abs(row.colours[colouring.key]) for row in rows if colouring.key in row.colours])
+    values = np.concatenate([np.abs(row.colors[coloring.key]) for row in rows if coloring.key in row.colors])
     high = float(np.quantile(values, _QUANTILE)) or 1.0
-    return (-high if colouring.signed else 0.0), high
+    return (-high if coloring.signed else 0.0), high
 
 
-def _ramp(colouring: _Colouring) -> npt.NDArray[np.uint8]:
-    """(256, 3) colours."""
+def _ramp(coloring: _Coloring) -> npt.NDArray[np.uint8]:
+    """(256, 3) colors."""
     import matplotlib
 
-    return np.round(255 * matplotlib.colormaps[colouring.map](np.linspace(0, 1, 256))[:, :3]).astype(np.uint8)
+    return np.round(255 * matplotlib.colormaps[coloring.map](np.linspace(0, 1, 256))[:, :3]).astype(np.uint8)
 
 
 def _text(data: bytes) -> str:
@@ -702,21 +702,21 @@ def _layers(found: Comparison) -> list[projects.Layer]:
 
     The mesh as given keeps its own colors. The others have those of their quality, with the range in the label.
     """
-    colouring = next(c for c in _COLOURINGS if any(c.key in row.colours for row in found.rows))
-    low, high = _range(found, colouring)
-    what = "off" if colouring.key == "error" else "moved"
+    coloring = next(c for c in _COLOURINGS if any(c.key in row.colors for row in found.rows))
+    low, high = _range(found, coloring)
+    what = "off" if coloring.key == "error" else "moved"
     layers = []
     for i, shape in enumerate(_shapes(found)):
-        quality = shape.values.get(colouring.key, np.zeros(len(shape.surface.vertices)))
-        colours: Floats | None = _warmth((quality - low) / (high - low))
+        quality = shape.values.get(coloring.key, np.zeros(len(shape.surface.vertices)))
+        colors: Floats | None = _warmth((quality - low) / (high - low))
         of_faces: Floats | None = None
         label = f"{shape.name} (blue 0, red {_percent(high)} % of an edge {what})"
         if i == 0 and (found.vertex_colors is not None or found.face_colors is not None):
-            colours, of_faces = found.vertex_colors, found.face_colors
+            colors, of_faces = found.vertex_colors, found.face_colors
             label = f"{shape.name} (its own colors)"
         # all at one place: those that are hidden are a click away
         file = _layer_file(shape.name)
-        layers.append(projects.Layer(_layer_label(label), file, shape.surface, quality, colours, i == 0, of_faces))
+        layers.append(projects.Layer(_layer_label(label), file, shape.surface, quality, colors, i == 0, of_faces))
     return layers
 
 

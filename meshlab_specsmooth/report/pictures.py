@@ -35,22 +35,22 @@ class View:
 
     Attributes
     ----------
-    centre : (3,) float64
+    center : (3,) float64
         Point looked at, in mesh units.
     direction, up : (3,) float64
-        From the centre towards the eye, and upwards in the picture.
+        From the center toward the eye, and upward in the picture.
     height : float
         What the picture spans from bottom to top, in mesh units.
     """
 
-    centre: Floats
+    center: Floats
     direction: Floats
     up: Floats
     height: float
 
 
 def front(surface: Surface) -> View:
-    """All of a surface, seen along -z with y upwards."""
+    """All of a surface, seen along -z with y upward."""
     low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
     span = float((high - low).max())
     up = np.array([0.0, 1.0, 0.0])
@@ -58,9 +58,9 @@ def front(surface: Surface) -> View:
     return View((low + high) / 2 + 0.06 * span * up, np.array([0.25, 0.15, 1.0]), up, 1.25 * span)
 
 
-def close_up(view: View, centre: Floats, share: float) -> View:
-    """The same view, centred elsewhere and spanning a share of its height."""
-    return View(centre, view.direction, view.up, view.height * share)
+def close_up(view: View, center: Floats, share: float) -> View:
+    """The same view, centered elsewhere and spanning a share of its height."""
+    return View(center, view.direction, view.up, view.height * share)
 
 
 def picture(path: str | os.PathLike[str], panels: Sequence[Panel], views: Sequence[View]) -> None:
@@ -106,15 +106,15 @@ def _draw(plotter: Any, pyvista: Any, mesh: Any, view: View) -> None:
     plotter.add_mesh(mesh, color=_COLOUR, ambient=0.12, diffuse=0.9, specular=0.15, specular_power=12)
     # one lamp from the upper left, low over the surface, as a restorer lights a relief; a weak one from the eye
     side = np.cross(view.up, view.direction)
-    for towards, intensity in ((view.direction + 0.8 * view.up - 1.2 * side, 0.85), (view.direction, 0.25)):
-        lamp = pyvista.Light(position=tuple(view.centre + towards), focal_point=tuple(view.centre), intensity=intensity)
+    for toward, intensity in ((view.direction + 0.8 * view.up - 1.2 * side, 0.85), (view.direction, 0.25)):
+        lamp = pyvista.Light(position=tuple(view.center + toward), focal_point=tuple(view.center), intensity=intensity)
         lamp.positional = False
         plotter.add_light(lamp, only_active=True)
     distance = 4 * view.height
-    eye = view.centre + distance * view.direction / np.linalg.norm(view.direction)
+    eye = view.center + distance * view.direction / np.linalg.norm(view.direction)
     plotter.camera.position, plotter.camera.focal_point, plotter.camera.up = (
         tuple(eye),
-        tuple(view.centre),
+        tuple(view.center),
         tuple(view.up),
     )
     plotter.camera.parallel_projection = True

@@ -68,8 +68,8 @@ def round_length(most: float) -> float:
     return float(f"{digit * power:.1g}")
 
 
-def colours(found: Comparison) -> dict[str, str]:
-    """A colour for each row, by its name; ours in blue, violet and green."""
+def colors(found: Comparison) -> dict[str, str]:
+    """A color for each row, by its name; ours in blue, violet and green."""
     ours, theirs, chosen = iter(_OURS * 9), iter(_THEIRS * 9), {}
     for row in reversed(found.rows):  # the last of ours, the automatic ones, get the first of the blues
         if row.competitor is not None and row.competitor.ours:
@@ -146,14 +146,14 @@ def _line(row: Row) -> dict[str, Any]:
 def _cost(found: Comparison, key: str) -> Callable[[Any], Marks]:
     def draw(axes: Any) -> Marks:
         marks: Marks = []
-        measure, painted = MEASURES[key], colours(found)
+        measure, painted = MEASURES[key], colors(found)
         rows = {row.name: row for row in found.rows}
         limit = _limit(found, key)
         for curve in found.curves:
             row = rows[curve.competitor.name]
             at = sorted((_place(point, key) for point in curve.points if _useful(point)), key=lambda xy: -xy[0])
-            colour, style = painted[row.name], _line(row)
-            axes.plot(*np.transpose(at or np.empty((0, 2))), marker="o", markersize=3, color=colour, **style)
+            color, style = painted[row.name], _line(row)
+            axes.plot(*np.transpose(at or np.empty((0, 2))), marker="o", markersize=3, color=color, **style)
             marks += [(*_place(point, key), _words(row.name, key, point)) for point in curve.points if _useful(point)]
         for row in found.rows:
             if row.competitor is not None and key in row.values and found.sample is None:
@@ -216,7 +216,7 @@ def _limit(found: Comparison, key: str) -> tuple[float, float]:
 
 def _agreement(found: Comparison, axes: Any) -> Marks:
     marks: Marks = []
-    painted = colours(found)
+    painted = colors(found)
     limit = 1.05 * found.rows[0].values["estimated_error"] or 1.0
     points: list[tuple[str, Mapping[str, float]]] = [(row.name, row.values) for row in found.rows]
     points += [(c.competitor.name, p.values) for c in found.curves for p in c.points]
@@ -237,7 +237,7 @@ def _agreement(found: Comparison, axes: Any) -> Marks:
 
 def _responses(found: Comparison, axes: Any) -> Marks:
     marks: Marks = []
-    painted = colours(found)
+    painted = colors(found)
     limit = found.rows[0].values.get("estimated_error", np.nan)
     for row in found.rows:
         if row.response is not None and row.values["estimated_error"] <= limit:
@@ -262,7 +262,7 @@ def _along(name: str, eigenvalues: Floats, values: Floats, what: str, form: str)
 
 def _spectra(found: Comparison, axes: Any) -> Marks:
     marks: Marks = []
-    painted = colours(found)
+    painted = colors(found)
     least = np.inf
     for row in found.rows:
         if row.power is not None and (row.power > 0).any():

@@ -14,7 +14,7 @@ from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.choices import Response
 from meshlab_specsmooth.errors import MissingExtra, NoDisplay
 from meshlab_specsmooth.meshlab import files
-from meshlab_specsmooth.smoothing.api.api.api import Prepared, SmoothingResult
+from meshlab_specsmooth.smoothing.api import Prepared, SmoothingResult
 from meshlab_specsmooth.spectral.response import RESPONSES
 
 # Ranges of the sliders: waves in mean edges, and weights, both logarithmic; gains
@@ -51,7 +51,7 @@ Action = Callable[[Setting, SmoothingResult], str]
 def smoothed(
     prepared: Prepared, setting: Setting, features: Floats | None = None, start: SmoothingResult | None = None
 ) -> SmoothingResult:
-    """The surface at a setting; from the result before, as neighbouring settings have neighbouring results."""
+    """The surface at a setting; from the result before, as neighboring settings have neighboring results."""
     edge = float(np.ldexp(prepared.mean_edge, prepared.exponent))
     return prepared.smooth(
         wavelength=setting.wave * edge,
@@ -140,7 +140,7 @@ def sliders(imgui: Any, setting: Setting, *, with_gain: bool) -> Setting:
     names = list(RESPONSES)
     flags = imgui.ImGuiSliderFlags_Logarithmic
     is_wave, wave = imgui.SliderFloat("waves kept, in edges", setting.wave, *WAVES, "%.1f", flags)
-    is_weight, weight = imgui.SliderFloat("barycentre weight", setting.weight, *WEIGHTS, "%.3f", flags)
+    is_weight, weight = imgui.SliderFloat("barycenter weight", setting.weight, *WEIGHTS, "%.3f", flags)
     is_response, at = imgui.Combo("response", names.index(setting.response), names)
     is_gain, gain = imgui.SliderFloat("feature gain", setting.gain, *GAINS) if with_gain else (False, setting.gain)
     if not (is_wave or is_weight or is_response or is_gain):
@@ -161,5 +161,5 @@ def told(result: SmoothingResult) -> str:
     return (
         f"{result.modes:.0f} modes kept, waves longer than {result.wavelength:.4g}\n"
         f"vertices moved by {edges:.3f} mean edges (RMS)\n"
-        f"{result.degree} sweeps, {sum(result.iterations)} iterations, {1e3 * result.seconds:.0f} ms"
+        f"{result.degree} sweeps, {sum(result.cg_iterations)} iterations, {1e3 * result.seconds:.0f} ms"
     )

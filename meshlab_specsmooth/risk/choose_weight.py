@@ -1,4 +1,4 @@
-"""The setting of least estimated error: how firmly the barycentres are to be held, without the truth to compare with.
+"""The setting of least estimated error: how firmly the barycenters are to be held, without the truth to compare with.
 
 Stein's unbiased risk estimate (1981) along the normals n of a smoothed guide: for noise z along them and a linear
 filter H,
@@ -6,7 +6,7 @@ filter H,
     risk = mean (n . (H V - V))^2 - mean z^2 + 2 mean z . H z,
 
 where z are seeded draws of noise of the kind that was measured, so that the last term, the trace of H times the noise's
-covariance, costs one run of the filter a setting (Girard 1989; Ramani, Blu, Unser 2008). It holds for coloured noise
+covariance, costs one run of the filter a setting (Girard 1989; Ramani, Blu, Unser 2008). It holds for colored noise
 and for noise of any distribution.
 """
 
@@ -20,7 +20,7 @@ import numpy as np
 
 from meshlab_specsmooth.arrays import Booleans, Floats, Integers
 from meshlab_specsmooth.graph.laplacian import Laplacian
-from meshlab_specsmooth.noise.estimate.estimate.estimate import (
+from meshlab_specsmooth.noise.estimate import (
     IMPULSE,
     LEAST_WEIGHT,
     MOST_WEIGHT,
@@ -30,18 +30,18 @@ from meshlab_specsmooth.noise.estimate.estimate.estimate import (
     Sheet,
     measure,
     normals,
-    realisation,
+    realization,
     rebuilt,
     sheet,
     weight_for,
 )
-from meshlab_specsmooth.operators.laplacians.laplacians.laplacians import Gram
-from meshlab_specsmooth.operators.laplacians.laplacians.patches import draw_sample
-from meshlab_specsmooth.operators.laplacians.laplacians.reconstruction import passed_on
+from meshlab_specsmooth.operators.laplacians import Gram
+from meshlab_specsmooth.operators.patches import draw_sample
+from meshlab_specsmooth.operators.reconstruction import passed_on
 from meshlab_specsmooth.runtime.progress import Progress, announce, part
 from meshlab_specsmooth.spectral.design import design
 
-FAVORS = ("position", "normals")
+CRITERIA = ("position", "normals")
 
 # Normals ask for more smoothing than positions do; as if the noise were this many times as high (measured)
 _NORMALS = 1.4
@@ -72,8 +72,8 @@ _STILL, _SHIFTING = 0.03, 0.1
 _LARGE = 100_000
 
 # The robust pass: vertices are drawn to within the median distance of the surface that is smoothed from them, again
-# and again; impulses lie far beyond the median. The weight is what keeps edges while the passes spread.
-_ROBUST_PASSES = 15
+# and again; impulses lie far beyond the median. The weight is what keeps edges while the iterations spread.
+_ROBUST_ITERATIONS = 15
 _ROBUST_WEIGHT = 0.7
 
 
@@ -137,13 +137,13 @@ def choose(
     positions: Floats,
     faces: Integers,
     L: Laplacian,
-    favor: str,
+    criterion: str,
     responses: Sequence[str],
     shortest: float,
     counted: Booleans | None = None,
     progress: Progress | None = None,
 ) -> Choice:
-    """The barycentre weight, and the response, of least estimated error.
+    """The barycenter weight, and the response, of least estimated error.
 
     Parameters
     ----------
@@ -151,7 +151,7 @@ def choose(
     faces : (m, 3) int32
     L : Laplacian
         Of the mesh; its graph is walked for patches.
-    favor : {"position", "normals"}
+    criterion : {"position", "normals"}
         Whose error is to be small.
     responses : sequence of str
         To choose from; of a large mesh the first is taken.
@@ -178,7 +178,7 @@ def choose(
     low_passes = [LowPass(name, shortest) for name in (responses[:1] if is_large else responses)]
     share = (1 - _MEASURING) / len(low_passes)
     choices = [
-        choose_on(on, measured, favor, low_pass, is_large, part(progress, _MEASURING + i * share, share))
+        choose_on(on, measured, criterion, low_pass, is_large, part(progress, _MEASURING + i * share, share))
         for i, low_pass in enumerate(low_passes)
     ]
     return replace(min(choices, key=lambda choice: choice.risk), noise=noise)
@@ -187,7 +187,7 @@ def choose(
 def choose_on(
     on: Sheet,
     measured: Measured,
-    favor: str,
+    criterion: str,
     low_pass: LowPass,
     is_large: bool = False,
     progress: Progress | None = None,
@@ -196,13 +196,13 @@ def choose_on(
     found, n = measured.noise, measured.normals
     if found.level <= _NOTHING * on.mean_edge:
         return Choice(weight_for(0.0), found.level**2, found, low_pass.name)
-    z = realisation(on, n, found) * (_NORMALS if favor == "normals" else 1.0)
+    z = realization(on, n, found) * (_NORMALS if criterion == "normals" else 1.0)
     inner = on.inner
     energy = float((z[inner] ** 2).mean())
 
     guess = weight_for(found.level / on.mean_edge)
     lowest = max(guess / _FINEST, LEAST_WEIGHT)
-    least_weight = max(guess / (_NORMALS if favor == "normals" else 1.0), lowest) if is_large else LEAST_WEIGHT
+    least_weight = max(guess / (_NORMALS if criterion == "normals" else 1.0), lowest) if is_large else LEAST_WEIGHT
     removed = low_pass.removing(on, lowest)
     of_shape, of_noise = removed(on.positions), removed(z)
     looked_at = itertools.count(1)
@@ -216,7 +216,7 @@ def choose_on(
             progress(1 - _LEFT ** next(looked_at))
         return float((moved**2).mean()) - energy + 2 * float((z * noise)[inner].mean())
 
-    log_weight, least = _least(risk, float(np.log(guess)), _ALIKE if favor == "position" else 0.0, least_weight)
+    log_weight, least = _least(risk, float(np.log(guess)), _ALIKE if criterion == "position" else 0.0, least_weight)
     weight = float(np.clip(np.exp(log_weight), least_weight, MOST_WEIGHT))
     return Choice(weight, least, found, low_pass.name)
 
@@ -251,7 +251,7 @@ def robust(X: Floats, F: Integers, L: Laplacian, gram: Gram) -> Floats:
     by a point at that distance.
     """
     Y, drawn = rebuilt(L, gram, X, _ROBUST_WEIGHT), X
-    for _ in range(_ROBUST_PASSES):
+    for _ in range(_ROBUST_ITERATIONS):
         n = normals(Y, F)
         off = ((X - Y) * n).sum(axis=1)
         near = np.median(np.abs(off))

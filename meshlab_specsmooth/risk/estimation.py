@@ -13,17 +13,17 @@ from meshlab_specsmooth.arrays import Floats, Integers
 from meshlab_specsmooth.describe import Described, Rows, format_length
 from meshlab_specsmooth.errors import FilterFailed, InvalidParameter
 from meshlab_specsmooth.geometry.surface import LARGEST_EXPONENT, Surface, check_extent
-from meshlab_specsmooth.noise.estimate.estimate.estimate import (
+from meshlab_specsmooth.noise.estimate import (
     KINDS,
     WHITE,
     Noise,
     measure,
     nothing,
-    realisation,
+    realization,
     sheet,
 )
-from meshlab_specsmooth.noise.estimate.estimate.outliers import replace_outliers
-from meshlab_specsmooth.noise.estimate.estimate.parts import estimate_level
+from meshlab_specsmooth.noise.outliers import replace_outliers
+from meshlab_specsmooth.noise.parts import estimate_level
 from meshlab_specsmooth.parameters import (
     LARGEST_SEED,
     MOST_PROBES,
@@ -36,7 +36,7 @@ from meshlab_specsmooth.parameters import (
 )
 from meshlab_specsmooth.runtime import blocks
 from meshlab_specsmooth.runtime.memory import require
-from meshlab_specsmooth.smoothing.api.api.api import Prepared, assemble
+from meshlab_specsmooth.smoothing.api import Prepared, assemble
 
 # How far the probe moves vertices, as a share of the noise: small enough for a difference quotient, large enough for
 # filters that stop iterating at some tolerance
@@ -170,7 +170,7 @@ def estimate_error(
 
     So it takes as many runs of the filter as there are probes, and one. Filters that are compared should be given the
     same noise and seed: then most of the scatter cancels. It says which of several filters is best for white noise;
-    impulses and noise that neighbours share are beyond it for filters that are not linear.
+    impulses and noise that neighbors share are beyond it for filters that are not linear.
 
     Parameters
     ----------
@@ -326,7 +326,7 @@ def prepare_error(
     elif noise is not None:
         level = _level("noise", noise, mesh.exponent)
         taken = replace(taken, level=level, low=level, high=level, kind=WHITE, covariance=np.eye(3))
-    draws = np.hstack([realisation(on, n, taken, seed + k) for k in range(0, probes, 3)])[:, :probes]
+    draws = np.hstack([realization(on, n, taken, seed + k) for k in range(0, probes, 3)])[:, :probes]
     return PreparedError(mesh.surface, mesh.moving, n, draws, taken.level, mesh.exponent, taken.scaled(mesh.exponent))
 
 

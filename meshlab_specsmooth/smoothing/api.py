@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from meshlab_specsmooth.adapters import Mesh, Source, WithMesh, accept_meshes, recognize
 from meshlab_specsmooth.arrays import Booleans, Floats, Integers
-from meshlab_specsmooth.choices import AnyResponse, Boundary, Counting, Favor, LaplacianKind, Method, Response
+from meshlab_specsmooth.choices import AnyResponse, Boundary, Criterion, LaplacianKind, Method, ModeCount, Response
 from meshlab_specsmooth.describe import Described, Pictured, Rows, count_of, format_length
 from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.geometry import order
@@ -22,7 +22,7 @@ from meshlab_specsmooth.geometry.triangles import describe_lost, find_lost_verti
 from meshlab_specsmooth.geometry.welding import find_copies
 from meshlab_specsmooth.graph.build import of_mesh
 from meshlab_specsmooth.graph.laplacian import Laplacian
-from meshlab_specsmooth.noise.estimate.estimate.estimate import (
+from meshlab_specsmooth.noise.estimate import (
     CORRELATED,
     IMPULSE,
     MOST_WEIGHT,
@@ -31,17 +31,17 @@ from meshlab_specsmooth.noise.estimate.estimate.estimate import (
     normals,
     nothing,
 )
-from meshlab_specsmooth.noise.estimate.estimate.outliers import describe_outliers, replace_outliers
-from meshlab_specsmooth.noise.estimate.estimate.parts import (
+from meshlab_specsmooth.noise.outliers import describe_outliers, replace_outliers
+from meshlab_specsmooth.noise.parts import (
     Part,
     describe_left_alone,
     describe_levels,
     label_components,
     split,
 )
-from meshlab_specsmooth.noise.estimate.estimate.shape_change import Change as ShapeChange
-from meshlab_specsmooth.noise.estimate.estimate.shape_change import compare_shapes
-from meshlab_specsmooth.operators.laplacians.laplacians.boundary import (
+from meshlab_specsmooth.noise.shape_change import Change as ShapeChange
+from meshlab_specsmooth.noise.shape_change import compare_shapes
+from meshlab_specsmooth.operators.boundary import (
     ALL_KEPT,
     BOUNDARIES,
     NO_FEATURES,
@@ -50,16 +50,16 @@ from meshlab_specsmooth.operators.laplacians.laplacians.boundary import (
     blend,
     rim,
 )
-from meshlab_specsmooth.operators.laplacians.laplacians.laplacians import (
+from meshlab_specsmooth.operators.laplacians import (
     LAPLACIANS,
     Gram,
     gram_of_barycenters,
     laplacian_of_kind,
 )
-from meshlab_specsmooth.operators.laplacians.laplacians.reconstruction import Constraints, Solution, passed_on, solve
+from meshlab_specsmooth.operators.reconstruction import Constraints, Solution, passed_on, solve
 from meshlab_specsmooth.parameters import (
     GAINS,
-    MOST_PASSES,
+    MAX_ITERATIONS,
     check_barycenter_weight,
     check_choice,
     check_count,
@@ -70,7 +70,15 @@ from meshlab_specsmooth.parameters import (
     check_weights,
     show,
 )
-from meshlab_specsmooth.risk.choose_weight import FAVORS, Choice, across_the_rim, choose, drifts, robust, without_drift
+from meshlab_specsmooth.risk.choose_weight import (
+    CRITERIA,
+    Choice,
+    across_the_rim,
+    choose,
+    drifts,
+    robust,
+    without_drift,
+)
 from meshlab_specsmooth.runtime import blocks
 from meshlab_specsmooth.runtime.bars import begin
 from meshlab_specsmooth.runtime.memory import require
@@ -122,12 +130,12 @@ POSITION_TOLERANCE = 1e-7
 
 # Defaults; those of the filters, in filters_xml/, are the same
 _RESPONSE: AnyResponse = "auto"
-_PASSES = 1
+_ITERATIONS = 1
 _LAPLACIAN: LaplacianKind = "uniform"
 _METHOD: Method = "auto"
-_COUNTING: Counting = "estimated"
+_MODE_COUNT: ModeCount = "estimate"
 _BOUNDARY: Boundary = "auto"
-_FAVOR: Favor = "position"
+_CRITERION: Criterion = "position"
 _WELD = True
 _FEATURE_GAIN = 1.0
 _LOW_PASS_RESPONSE: Response = "ideal"  # noqa: S105 (no password)
@@ -172,14 +180,14 @@ class SmoothingResult(WithMesh, Described):
         As used; ``method`` is never ``"auto"``.
     barycenter_weight : float
         0 for the plain low-pass, which is the limit.
-    passes : int
+    iterations : int
     degree : int
         Sweeps over the mesh a pass: the degree of the Chebyshev series; 0 for the exact method.
     response_error : float
         Bound on what the polynomial puts any mode's displacement off by, relative to its differential coordinates (on a
         regular mesh), or its coordinates for a plain low-pass; 0 for the exact method. An ideal response is softened
         within 25 % of the cut-off, and modes there are not counted.
-    iterations : tuple of int
+    cg_iterations : tuple of int
         Of the conjugate gradients, each pass.
     residual : float
         Largest relative residual of the least squares' normal equations.
@@ -217,10 +225,10 @@ class SmoothingResult(WithMesh, Described):
     laplacian: str
     method: str
     barycenter_weight: float
-    passes: int
+    iterations: int
     degree: int
     response_error: float
-    iterations: tuple[int, ...]
+    cg_iterations: tuple[int, ...]
     residual: float
     displacement: float
     kernels: str
@@ -287,13 +295,13 @@ class Prepared:
     surface : Surface
         As given.
     moving : (k,) int32
-        The vertices that have an edge, in an order that keeps neighbours near each other; the others stay. All
+        The vertices that have an edge, in an order that keeps neighbors near each other; the others stay. All
         operators act on these.
     place : (n,) int32 or None
         Where each vertex is among these, -1 for those that stay; None where all move, in the order given. Vertices at
         one place are one of these.
     positions : (k, 3) float64
-        Their positions, centred, times 2^-exponent, so that they lie in [-1, 1].
+        Their positions, centered, times 2^-exponent, so that they lie in [-1, 1].
     exponent : int
     mean_edge : float
         Of ``positions``.
@@ -301,7 +309,7 @@ class Prepared:
         Those that have an edge, by the numbers of the moving vertices.
     L : Laplacian
     gram : Gram
-        C^T C of the face barycentres.
+        C^T C of the face barycenters.
     rim : Rim or None
         The boundary curve; None of a closed surface.
     kind : str
@@ -350,10 +358,10 @@ class Prepared:
         wavelength: float | None = None,
         response: AnyResponse = _RESPONSE,
         barycenter_weight: float | None = None,
-        favor: Favor = _FAVOR,
-        passes: int = _PASSES,
+        criterion: Criterion = _CRITERION,
+        iterations: int = _ITERATIONS,
         method: Method = _METHOD,
-        counting: Counting = _COUNTING,
+        mode_count: ModeCount = _MODE_COUNT,
         boundary: Boundary = _BOUNDARY,
         mask: npt.ArrayLike | None = None,
         features: npt.ArrayLike | None = None,
@@ -369,12 +377,12 @@ class Prepared:
         began = time.perf_counter()
         progress = check_progress(progress)
         feature_gain = check_number("feature_gain", feature_gain, *GAINS)
-        passes = check_count("passes", passes, 1, MOST_PASSES)
+        iterations = check_count("iterations", iterations, 1, MAX_ITERATIONS)
         if barycenter_weight is not None:
             barycenter_weight = check_barycenter_weight(barycenter_weight)
         kept = 0.0 if features is None else feature_gain * self._weights("features", features)
         region = self._region(boundary, mask, 1.0 - kept)
-        favor = check_choice("favor", favor, FAVORS)
+        criterion = check_choice("criterion", criterion, CRITERIA)
         response = check_choice("response", response, ("auto", *RESPONSES))
         guess = None if start is None else self._guess_of(start)
         if len(self.moving) == 0:
@@ -386,14 +394,14 @@ class Prepared:
         response = responses[-1]
         if barycenter_weight is None:
             automatic = _Automatic(
-                favor,
+                criterion,
                 responses,
                 {
                     "modes": modes,
                     "wavelength": wavelength,
-                    "passes": passes,
+                    "iterations": iterations,
                     "method": method,
-                    "counting": counting,
+                    "mode_count": mode_count,
                     "boundary": boundary,
                     "feature_gain": feature_gain,
                 },
@@ -402,7 +410,7 @@ class Prepared:
             finish(progress)
             return _with_warning(result, _why_nothing_moves(mask, features, feature_gain))
         designing, progress = self._shares(method, progress)
-        low_pass = self._design(modes, wavelength, response, method, counting, barycenter_weight, designing)
+        low_pass = self._design(modes, wavelength, response, method, mode_count, barycenter_weight, designing)
         longest = wavelength_in_edges(low_pass.cutoff.eigenvalue)
         along = self._along_rim(
             boundary,
@@ -424,7 +432,7 @@ class Prepared:
             change -= delta
             return change
 
-        result = self._run(removed, low_pass, along, region, barycenter_weight, passes, began, progress, guess)
+        result = self._run(removed, low_pass, along, region, barycenter_weight, iterations, began, progress, guess)
         if modes is None:
             result = _with_warning(result, _warning_of(low_pass, len(self.moving)))
         return _with_warning(result, _why_nothing_moves(mask, features, feature_gain))
@@ -497,7 +505,7 @@ class Prepared:
         wavelength: float | None = None,
         response: Response = _LOW_PASS_RESPONSE,
         method: Method = _METHOD,
-        counting: Counting = _COUNTING,
+        mode_count: ModeCount = _MODE_COUNT,
         mask: npt.ArrayLike | None = None,
         progress: Progress | None = None,
     ) -> SmoothingResult:
@@ -507,7 +515,7 @@ class Prepared:
         if len(self.moving) == 0:
             check_choice("response", response, RESPONSES)
             return self._nowhere(modes, wavelength, response, 0.0, start)
-        low_pass = self._design(modes, wavelength, response, method, counting, None, designing)
+        low_pass = self._design(modes, wavelength, response, method, mode_count, None, designing)
         announce(progress, "smoothing")
         displacement = low_pass.filter.apply(self.L, self.positions, progress) - self.positions
         if mask is not None:
@@ -661,7 +669,7 @@ class Prepared:
         modes, wavelength = automatic.given["modes"], automatic.given["wavelength"]
         if modes is not None and wavelength is None:
             given = automatic.given
-            cutoff = self._design(modes, None, automatic.responses[-1], given["method"], given["counting"], 1.0, None)
+            cutoff = self._design(modes, None, automatic.responses[-1], given["method"], given["mode_count"], 1.0, None)
             shortest = wavelength_in_edges(cutoff.cutoff.eigenvalue)
         else:
             shortest = self._in_edges("wavelength", wavelength, DEFAULT_WAVELENGTH_IN_EDGES)
@@ -669,7 +677,7 @@ class Prepared:
             self.positions,
             faces,
             self.L,
-            automatic.favor,
+            automatic.criterion,
             automatic.responses,
             shortest,
             counted,
@@ -803,10 +811,10 @@ class Prepared:
             laplacian=self.kind,
             method="exact",
             barycenter_weight=weight,
-            passes=1,
+            iterations=1,
             degree=0,
             response_error=0.0,
-            iterations=(),
+            cg_iterations=(),
             residual=0.0,
             displacement=0.0,
             kernels=self.L.kernels.name,
@@ -822,7 +830,13 @@ class Prepared:
         """The surface as it is, with what the filter would have been."""
         given = automatic.given
         low_pass = base._design(
-            given["modes"], given["wavelength"], choice.response, given["method"], given["counting"], MOST_WEIGHT, None
+            given["modes"],
+            given["wavelength"],
+            choice.response,
+            given["method"],
+            given["mode_count"],
+            MOST_WEIGHT,
+            None,
         )
         return base._result(np.zeros_like(base.positions), low_pass, MOST_WEIGHT, [], began)
 
@@ -833,7 +847,7 @@ class Prepared:
         along: Design | None,
         region: _Region,
         weight: float,
-        passes: int,
+        iterations: int,
         start: float,
         progress: Progress | None,
         guess: Floats | None = None,
@@ -844,9 +858,9 @@ class Prepared:
         announce(progress, "smoothing")
         # an iteration of the least squares takes as long as three sweeps, and they are some seven over the weight
         sweeping = across.filter.degree / (across.filter.degree + 3 * (7 / min(weight, 1.0) + 2))
-        for number in range(passes):
-            step_2 = part(progress, number / passes, sweeping / passes)
-            step_3 = part(progress, (number + sweeping) / passes, (1 - sweeping) / passes)
+        for number in range(iterations):
+            step_2 = part(progress, number / iterations, sweeping / iterations)
+            step_3 = part(progress, (number + sweeping) / iterations, (1 - sweeping) / iterations)
             V = self.positions + displacement if number else self.positions
             delta = self.L.product(V, blocks.taken(spare, V))
             if region.is_constrained:
@@ -878,7 +892,7 @@ class Prepared:
         wavelength: float | None,
         response: str,
         method: str,
-        counting: str,
+        mode_count: str,
         weight: float | None,
         progress: Progress | None,
     ) -> Design:
@@ -897,7 +911,7 @@ class Prepared:
             by=by,
             name=response,
             method=method,
-            counting=counting,
+            mode_count=mode_count,
             tolerance=POSITION_TOLERANCE if weight is None else DISPLACEMENT_TOLERANCE,
             passed_on=seen,
             modes=self.modes,
@@ -1031,10 +1045,10 @@ class Prepared:
             laplacian=self.kind,
             method=low_pass.method,
             barycenter_weight=weight,
-            passes=max(len(solutions), 1),
+            iterations=max(len(solutions), 1),
             degree=low_pass.filter.degree,
             response_error=low_pass.filter.error,
-            iterations=tuple(solution.iterations for solution in solutions),
+            cg_iterations=tuple(solution.iterations for solution in solutions),
             residual=max((solution.residual for solution in solutions), default=0.0),
             displacement=rms,
             kernels=self.L.kernels.name,
@@ -1049,7 +1063,7 @@ class Prepared:
 class _Automatic:
     """What a choice is made by, and what else was asked for."""
 
-    favor: str
+    criterion: str
     responses: tuple[str, ...]
     given: dict[str, Any]
 
@@ -1144,7 +1158,7 @@ def assemble(
     report(0.4)
     mesh = of_mesh(F, len(moving))
     report(0.8)
-    positions, exponent = _normalised(V if place is None else V.take(moving, axis=0))
+    positions, exponent = _normalized(V if place is None else V.take(moving, axis=0))
     L = laplacian_of_kind(laplacian, mesh, positions, F)
     boundary = mesh.boundary()
     report(1.0)
@@ -1183,7 +1197,7 @@ def _doubts(surface: Surface, boundary_edges: int, edges: int) -> list[str]:
 
 
 def with_sides(F: Integers) -> Integers:
-    """The faces, less those whose corners are one vertex: these have no edge, and their barycentre has no say."""
+    """The faces, less those whose corners are one vertex: these have no edge, and their barycenter has no say."""
     first = F[:, 0] == F[:, 1]
     return F[~(first & (F[:, 1] == F[:, 2]))] if first.any() else F
 
@@ -1208,11 +1222,11 @@ def smooth(
     wavelength: float | None = None,
     response: AnyResponse = _RESPONSE,
     barycenter_weight: float | None = None,
-    favor: Favor = _FAVOR,
-    passes: int = _PASSES,
+    criterion: Criterion = _CRITERION,
+    iterations: int = _ITERATIONS,
     laplacian: LaplacianKind = _LAPLACIAN,
     method: Method = _METHOD,
-    counting: Counting = _COUNTING,
+    mode_count: ModeCount = _MODE_COUNT,
     boundary: Boundary = _BOUNDARY,
     mask: npt.ArrayLike | None = None,
     features: npt.ArrayLike | None = None,
@@ -1220,10 +1234,10 @@ def smooth(
     weld: bool = _WELD,
     progress: Progress | None = None,
 ) -> SmoothingResult:
-    """Spectral smoothing with barycentre constraints: the paper's method.
+    """Spectral smoothing with barycenter constraints: the paper's method.
 
     Step 1 takes the differential coordinates delta = L V (eq. 3-4), step 2 low-passes them, delta' = h(L) delta, and
-    step 3 finds the surface that has them and keeps its face barycentres: the V' that minimises
+    step 3 finds the surface that has them and keeps its face barycenters: the V' that minimizes
     ``|L V' - delta'|^2 + w^2 |C V' - C V|^2`` (eq. 5-6).
 
     Parameters
@@ -1239,35 +1253,36 @@ def smooth(
     wavelength : float, optional
         Shortest surface wave kept, in mesh units. Without this and ``modes``: 20 mean edge lengths.
     response : {"auto", "ideal", "butterworth", "gaussian", "heat"}
-        Shape of the low-pass; see :mod:`meshlab_specsmooth.spectral.response`. ``"auto"`` is ideal; where neither a cut-off nor
-        a weight is given, heat or ideal, by estimated error (beyond 100 000 vertices heat, which is cheap).
+        Shape of the low-pass; see :mod:`meshlab_specsmooth.spectral.response`. ``"auto"`` is ideal;
+        where neither a cut-off nor a weight is given, heat or ideal, by estimated error (beyond 100 000 vertices heat,
+        which is cheap).
     barycenter_weight : float, optional
-        w from 1.5e-8 to 6.7e7, dimensionless: how firmly the barycentres are held. It is the strength of the filter,
+        w from 1.5e-8 to 6.7e7, dimensionless: how firmly the barycenters are held. It is the strength of the filter,
         more than the cut-off is: 1 is the paper, 0.3 suits noise of 0.2 edge lengths. Without it the noise is measured
         (:func:`meshlab_specsmooth.estimate_noise`), impulses are pulled to the surface, and the weight of least
         estimated error is taken, for a low cut-off; result.noise says what was found. Single stray vertices are put
         back first. Components of unlike scale or noise are smoothed one by one. Where noise and shape are not
         distinguishable, nothing is moved, and where the shape would change by more than the noise explains, a weaker
         result or the input is returned; result.warning says so.
-    favor : {"position", "normals"}
+    criterion : {"position", "normals"}
         Whose error a chosen weight makes small; normals ask for more smoothing.
-    passes : int
+    iterations : int
         How often all of it is done, each time to the last result; 1000 times at most.
     laplacian : {"uniform", "cotangent"}
         See :func:`meshlab_specsmooth.operators.laplacians.laplacian`.
     method : {"auto", "exact", "chebyshev"}
         How h(L) is applied: with eigenvectors, or with a polynomial; ``"auto"`` is exact up to 1000 vertices.
-    counting : {"estimated", "exact"}
+    mode_count : {"estimate", "exact"}
         How ``modes`` becomes a cut-off: from the density of modes, with the error that the result states, or by a few
-        sparse factorisations; up to 1000 vertices it is always exact.
+        sparse factorizations; up to 1000 vertices it is always exact.
     boundary : {"auto", "fixed", "curve", "free"}
         What happens at the boundary of an open surface: it stays; its curve is smoothed along itself, by the same three
         steps, except small holes (shorter round than the wavelength), which stay; or it is smoothed like the rest,
-        which draws it inwards (the paper). ``"auto"`` is ``"fixed"``, unless the weight is chosen and the noise is
-        shared between neighbours: then the boundary moves as the rest does, but across the surface only.
+        which draws it inward (the paper). ``"auto"`` is ``"fixed"``, unless the weight is chosen and the noise is
+        shared between neighbors: then the boundary moves as the rest does, but across the surface only.
     mask : (n,) array of weights in [0, 1] or of bool, optional
         Vertices that may move: those whose weight is above 0. The others stay to the bit, and the displacement fades
-        out towards them without a seam.
+        out toward them without a seam.
     features : (n,) array of weights in [0, 1] or of bool, optional
         Vertices whose detail is to be kept or enhanced.
     feature_gain : float
@@ -1314,10 +1329,10 @@ def smooth(
         wavelength=wavelength,
         response=response,
         barycenter_weight=barycenter_weight,
-        favor=favor,
-        passes=passes,
+        criterion=criterion,
+        iterations=iterations,
         method=method,
-        counting=counting,
+        mode_count=mode_count,
         boundary=boundary,
         mask=mask,
         features=features,
@@ -1350,14 +1365,14 @@ def low_pass(
     response: Response = _LOW_PASS_RESPONSE,
     laplacian: LaplacianKind = _LAPLACIAN,
     method: Method = _METHOD,
-    counting: Counting = _COUNTING,
+    mode_count: ModeCount = _MODE_COUNT,
     mask: npt.ArrayLike | None = None,
     weld: bool = _WELD,
     progress: Progress | None = None,
 ) -> SmoothingResult:
     """Plain spectral smoothing of the coordinates, V' = h(L) V: what the paper compares with.
 
-    It is the limit of :func:`smooth` for a barycentre weight of 0 (up to a shift of open components, whose mean is
+    It is the limit of :func:`smooth` for a barycenter weight of 0 (up to a shift of open components, whose mean is
     another over edges than over faces); it loses all detail below the wavelength, and shrinks.
 
     Parameters, returns and errors as for :func:`smooth`.
@@ -1367,7 +1382,7 @@ def low_pass(
     >>> import numpy as np
     >>> import meshlab_specsmooth as mss
     >>> triangle = np.array([[0.0, 0, 0], [3, 0, 0], [0, 3, 0]])
-    >>> mss.low_pass(triangle, [[0, 1, 2]], modes=1).vertices.round(12)  # the constant mode: the centre
+    >>> mss.low_pass(triangle, [[0, 1, 2]], modes=1).vertices.round(12)  # the constant mode: the center
     array([[1., 1., 0.],
            [1., 1., 0.],
            [1., 1., 0.]])
@@ -1380,7 +1395,7 @@ def low_pass(
         wavelength=wavelength,
         response=response,
         method=method,
-        counting=counting,
+        mode_count=mode_count,
         mask=mask,
         progress=part(progress, _ASSEMBLY, 1 - _ASSEMBLY),
     )
@@ -1415,7 +1430,7 @@ def enhance(
     gain : float
         What the band's differential coordinates are multiplied with: 1 changes nothing, 2 doubles, 0 removes.
     barycenter_weight : float
-        w > 0: the barycentres hold waves back whose eigenvalue is below w, so it is smaller here than for smoothing.
+        w > 0: the barycenters hold waves back whose eigenvalue is below w, so it is smaller here than for smoothing.
     features : (n,) array of weights in [0, 1] or of bool, optional
         Where to enhance; everywhere by default.
     mesh, faces, response, laplacian, method, boundary, mask, weld, progress
@@ -1455,7 +1470,7 @@ def _passed_on(weight: float) -> PassedOn:
 
 
 def _passed_on_by_a_curve(weight: float) -> PassedOn:
-    """The same along a curve, whose midpoints hold long waves half as firmly as barycentres do."""
+    """The same along a curve, whose midpoints hold long waves half as firmly as barycenters do."""
     return _passed_on(weight / np.sqrt(2))
 
 
@@ -1485,21 +1500,21 @@ def _warning_of(low_pass: Design, vertex_count: int) -> str | None:
     )
 
 
-def _normalised(V: Floats) -> tuple[Floats, int]:
-    """``V`` centred and divided by 2^exponent, so that it lies in [-1, 1]; a power of two rounds nothing."""
+def _normalized(V: Floats) -> tuple[Floats, int]:
+    """``V`` centered and divided by 2^exponent, so that it lies in [-1, 1]; a power of two rounds nothing."""
     if len(V) == 0:
         return V, 0
     low, high = (blocks.reduced(of, V) for of in (np.minimum, np.maximum))
-    centre = low / 2 + high / 2
-    exponent = int(np.frexp((high - centre).max())[1])
-    centred = np.empty_like(V)
+    center = low / 2 + high / 2
+    exponent = int(np.frexp((high - center).max())[1])
+    centered = np.empty_like(V)
 
-    def centre_rows(at: slice) -> None:
-        np.subtract(V[at], centre, out=centred[at])
-        centred[at] = _scaled(centred[at], -exponent)
+    def center_rows(at: slice) -> None:
+        np.subtract(V[at], center, out=centered[at])
+        centered[at] = _scaled(centered[at], -exponent)
 
-    blocks.in_slices(centre_rows, len(V))
-    return centred, exponent
+    blocks.in_slices(center_rows, len(V))
+    return centered, exponent
 
 
 def _scaled(X: Floats, exponent: int) -> Floats:

@@ -25,5 +25,5 @@ class SpectralFilter(Protocol):
     ) -> Floats:
         """h(L) X for X of shape (n, k).
 
-        ``spare`` is memory of the shape of X that is not needed any more; what is left of it afterwards is in it.
+        ``spare`` is memory of the shape of X that is not needed any more; what is left of it afterward is in it.
         """

@@ -66,7 +66,7 @@ class ChebyshevSeries:
         progress : callable, optional
             Called with the fraction done, in [0, 1].
         spare : list of (n, 3) float64, optional
-            Memory to be used again, for X of three columns; what is left of it afterwards is in it.
+            Memory to be used again, for X of three columns; what is left of it afterward is in it.
         """
         memory = spare if spare is not None and X.shape[1] == COLUMNS else []
         return in_threes(lambda three: self._apply(L, three, progress, memory), X)

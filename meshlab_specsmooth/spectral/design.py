@@ -14,7 +14,7 @@ from meshlab_specsmooth.spectral.density import Density
 from meshlab_specsmooth.spectral.response import RESPONSES, Response, band, response
 
 METHODS = ("auto", "exact", "chebyshev")
-COUNTINGS = ("estimated", "exact")
+MODE_COUNTS = ("estimate", "exact")
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +44,7 @@ def design(
     name: str,
     method: str,
     tolerance: float,
-    counting: str = "estimated",
+    mode_count: str = "estimate",
     passed_on: PassedOn | None = None,
     modes: Density | None = None,
     progress: Progress | None = None,
@@ -64,7 +64,7 @@ def design(
         ``auto`` is exact up to :data:`eigenbasis.DENSE_VERTICES` vertices.
     tolerance, passed_on
         Error allowed to a polynomial, see :func:`meshlab_specsmooth.spectral.chebyshev.approximate`.
-    counting : {"estimated", "exact"}
+    mode_count : {"estimate", "exact"}
         How a number of modes becomes a cut-off above :data:`eigenbasis.DENSE_VERTICES` vertices, for a polynomial.
     modes : Density, optional
         Where the modes of L lie, if that was measured already.
@@ -80,7 +80,7 @@ def design(
     """
     n = L.size
     name = check_choice("response", name, RESPONSES)
-    counting = check_choice("counting", counting, COUNTINGS)
+    mode_count = check_choice("mode_count", mode_count, MODE_COUNTS)
     if not is_exact(method, n):
         if by == "wavelength":
             cutoff = from_wavelength(size, n)
@@ -88,7 +88,7 @@ def design(
             cutoff = eigenbasis.complete(L.graph.symmetric_laplacian()).cutoff(int(size))
         else:
             cutoff = density.cutoff_of_modes(L, int(size)) if modes is None else modes.cutoff(int(size))
-            if counting == "exact":
+            if mode_count == "exact":
                 cutoff = inertia.cutoff_of_modes(L.graph.symmetric_laplacian(), int(size), cutoff)
         h = response(name, cutoff.eigenvalue)
         return Design(approximate(h, tolerance, passed_on), h, cutoff, "chebyshev")

@@ -19,7 +19,7 @@ from meshlab_specsmooth.spectral.cutoff import WEYL, Cutoff
 from meshlab_specsmooth.spectral.inertia import SAME_EIGENVALUE, Factored, factor_bytes, factored
 from meshlab_specsmooth.spectral.response import Response
 
-# Bytes that the eigenvectors, the solver's basis and its factorisation may take together
+# Bytes that the eigenvectors, the solver's basis and its factorization may take together
 MEMORY_LIMIT = 2 * 2**30
 
 SEED = 2010  # any number, fixed
@@ -28,7 +28,7 @@ SEED = 2010  # any number, fixed
 DENSE_VERTICES = 1000
 
 # Vectors in a block of the Lanczos method. Measured on 37k vertices, 200 pairs: blocks of 4 need 380 solves, blocks of
-# 8 need 440 and less time to be orthogonalised; in all they take as long, to within the noise of the machine. SuperLU
+# 8 need 440 and less time to be orthogonalized; in all they take as long, to within the noise of the machine. SuperLU
 # solves four columns in half the time of four single ones; eight gain no more, and lose where BLAS has threads.
 BLOCK = 8
 _SOLVED_TOGETHER = 4

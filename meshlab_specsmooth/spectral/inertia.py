@@ -1,6 +1,6 @@
 """How many eigenvalues lie below a value, exactly: Sylvester's law of inertia.
 
-S - x I = L D L^T has as many negative eigenvalues as D has negative entries, and one sparse factorisation gives D.
+S - x I = L D L^T has as many negative eigenvalues as D has negative entries, and one sparse factorization gives D.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from meshlab_specsmooth.spectral.cutoff import Cutoff
 # Eigenvalues this close, on a spectrum that is 2 wide, are equal but for rounding
 SAME_EIGENVALUE = 1e-10
 
-# Bytes that a factorisation may take
+# Bytes that a factorization may take
 MEMORY_LIMIT = 2 * 2**30
 
 # Entries of L are FILL n log2 n: 1.6 to 2.9 on ten surfaces of 5k to 37k vertices, rounded up
@@ -62,8 +62,8 @@ def factor_bytes(vertex_count: int) -> float:
 def count_below(S: csr_array, eigenvalue: float) -> int:
     """The number of eigenvalues of S below a value.
 
-    A value that is itself an eigenvalue, to rounding, cannot be told from its neighbours: it is moved up until the
-    factorisation is sound, by 1e-6 of itself at most.
+    A value that is itself an eigenvalue, to rounding, cannot be told from its neighbors: it is moved up until the
+    factorization is sound, by 1e-6 of itself at most.
 
     Parameters
     ----------
@@ -74,9 +74,9 @@ def count_below(S: csr_array, eigenvalue: float) -> int:
     Raises
     ------
     TooLarge
-        The factorisation would not fit; names its size.
+        The factorization would not fit; names its size.
     NotConverged
-        No sound factorisation: next to 1, where S - I has a zero diagonal, or to an eigenvalue with very many copies.
+        No sound factorization: next to 1, where S - I has a zero diagonal, or to an eigenvalue with very many copies.
     """
     n = S.shape[0]
     if eigenvalue <= 0:
@@ -102,7 +102,7 @@ def factored(S: csr_array, eigenvalue: float, reach: float = _REACH) -> Factored
     Raises
     ------
     NotConverged
-        No sound factorisation within reach.
+        No sound factorization within reach.
     """
     for step in _STEPS:
         at = eigenvalue * (1 + step * reach)
@@ -110,7 +110,7 @@ def factored(S: csr_array, eigenvalue: float, reach: float = _REACH) -> Factored
         if lu is not None:
             return Factored(lu, at, int((lu.U.diagonal() < 0).sum()))
     raise NotConverged(
-        f"eigenvalues below {eigenvalue:.6g} cannot be counted: the factorisation without pivoting is unsound there"
+        f"eigenvalues below {eigenvalue:.6g} cannot be counted: the factorization without pivoting is unsound there"
     )
 
 
@@ -127,7 +127,7 @@ def cutoff_of_modes(S: csr_array, modes: int, guess: Cutoff) -> Cutoff:
     modes : int
         1 to n.
     guess : Cutoff
-        Where to start, as from :func:`density.cutoff_of_modes`. A better one takes fewer factorisations.
+        Where to start, as from :func:`density.cutoff_of_modes`. A better one takes fewer factorizations.
 
     Raises
     ------
@@ -167,7 +167,7 @@ def _check_fits(n: int) -> None:
     needed = factor_bytes(n)
     if needed > MEMORY_LIMIT:
         raise TooLarge(
-            f"counting the modes of {n} vertices needs a factorisation of {needed / 2**30:.1f} GiB (limit "
+            f"counting the modes of {n} vertices needs a factorization of {needed / 2**30:.1f} GiB (limit "
             f"{MEMORY_LIMIT / 2**30:.0f}); the density of modes needs none"
         )
 

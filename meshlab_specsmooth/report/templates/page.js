@@ -90,16 +90,16 @@
       gl_Position = vec4((p.xy + shift) / span, -p.z / radius * 0.5, 1.0);
     }`));
   gl.attachShader(program, shader(gl.FRAGMENT_SHADER, `
-    in vec3 seen; in float shade; uniform sampler2D ramp; uniform bool coloured; out vec4 colour;
+    in vec3 seen; in float shade; uniform sampler2D ramp; uniform bool colored; out vec4 color;
     void main() {
       vec3 n = normalize(cross(dFdx(seen), dFdy(seen)));
       bool back = !gl_FrontFacing;
-      vec3 base = coloured ? texture(ramp, vec2(shade * (255.0 / 256.0) + 0.5 / 256.0, 0.5)).rgb : vec3(0.85, 0.79, 0.66);
+      vec3 base = colored ? texture(ramp, vec2(shade * (255.0 / 256.0) + 0.5 / 256.0, 0.5)).rgb : vec3(0.85, 0.79, 0.66);
       if (back) base = mix(base, vec3(0.45, 0.5, 0.6), 0.6);
       float side = max(dot(n, normalize(vec3(-1.0, 0.9, 0.9))), 0.0), front = max(n.z, 0.0);
-      float light = coloured ? 0.5 + 0.25 * side + 0.28 * front : 0.14 + 0.68 * side + 0.3 * front;
-      float gloss = coloured ? 0.0 : 0.08 * pow(max(dot(n, normalize(vec3(-0.5, 0.45, 1.4))), 0.0), 14.0);
-      colour = vec4(base * light + gloss, 1.0);
+      float light = colored ? 0.5 + 0.25 * side + 0.28 * front : 0.14 + 0.68 * side + 0.3 * front;
+      float gloss = colored ? 0.0 : 0.08 * pow(max(dot(n, normalize(vec3(-0.5, 0.45, 1.4))), 0.0), 14.0);
+      color = vec4(base * light + gloss, 1.0);
     }`));
   gl.bindAttribLocation(program, 0, "before");
   gl.bindAttribLocation(program, 1, "after");
@@ -107,7 +107,7 @@
   gl.linkProgram(program);
   gl.useProgram(program);
   const uniform = (name) => gl.getUniformLocation(program, name);
-  const at = Object.fromEntries(["turn", "middle", "size", "shift", "span", "range", "mixed", "radius", "coloured"].map((n) => [n, uniform(n)]));
+  const at = Object.fromEntries(["turn", "middle", "size", "shift", "span", "range", "mixed", "radius", "colored"].map((n) => [n, uniform(n)]));
   const faces = buffer(gl.ELEMENT_ARRAY_BUFFER, data.faces);
   const indexType = data.wide ? gl.UNSIGNED_INT : gl.UNSIGNED_SHORT;
   const shorts = (text) => new Uint16Array(bytes(text).buffer);
@@ -131,7 +131,7 @@
     return product([1, 0, 0, 0, d, -t, 0, t, d], [c, 0, s, 0, 1, 0, -s, 0, c]);
   };
   const whole = () => ({ turn: about(0.15, -0.24), shift: [0, 0], height: data.height });
-  const state = { ...whole(), mixed: 1, colour: "", frames: 0 };
+  const state = { ...whole(), mixed: 1, color: "", frames: 0 };
   let asked = false;
   const draw = () => {
     asked = false;
@@ -158,9 +158,9 @@
       const tall = state.height / 2;
       gl.uniform2f(at.span, (tall * cw) / (ch - title), tall);
       gl.uniform2fv(at.shift, state.shift);
-      const values = mesh.values[state.colour];
-      gl.uniform1i(at.coloured, values ? 1 : 0);
-      if (values) gl.uniform2f(at.range, data.scales[state.colour].low, data.scales[state.colour].high);
+      const values = mesh.values[state.color];
+      gl.uniform1i(at.colored, values ? 1 : 0);
+      if (values) gl.uniform2f(at.range, data.scales[state.color].low, data.scales[state.color].high);
       [meshes[data.before].positions, mesh.positions].forEach((made, k) => {
         gl.bindBuffer(gl.ARRAY_BUFFER, made);
         gl.enableVertexAttribArray(k);
@@ -292,9 +292,9 @@
     Object.assign(state, { turn: t, shift: [-seen[0], -seen[1]], height: data.height / 4 });
     redraw();
   });
-  byId("colour").addEventListener("change", (e) => setColour(e.target.value));
-  const setColour = (key) => {
-    state.colour = key;
+  byId("color").addEventListener("change", (e) => setColor(e.target.value));
+  const setColor = (key) => {
+    state.color = key;
     byId("legend").hidden = !key;
     if (key) {
       const { low, high, unit, ramp: text } = data.scales[key], rgb = bytes(text);
