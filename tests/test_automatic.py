@@ -5,7 +5,7 @@ import pytest
 
 import meshlab_specsmooth as mss
 from meshlab_specsmooth.geometry.surface import face_vectors, vertex_normals
-from meshlab_specsmooth.operators.laplacians import patches
+from meshlab_specsmooth.operators import patches
 from meshlab_specsmooth.risk import choose_weight as automatic
 from tests.meshes import edge_of, impulses, kinds_of_noise, noisy, remeshed_box, sheet, torus
 

@@ -10,7 +10,7 @@ from meshlab_specsmooth.comparison.metrics import normal_error, vertex_error, vo
 from meshlab_specsmooth.edge_aware import mesh as mesh_of_edges
 from meshlab_specsmooth.graph import faces, faces_compiled
 from meshlab_specsmooth.meshlab import files, meshset
-from meshlab_specsmooth.operators.laplacians import patches
+from meshlab_specsmooth.operators import patches
 from tests.meshes import box, flaws, meshes, rough, sheet, torus
 
 BOX = box()

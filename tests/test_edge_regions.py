@@ -18,7 +18,7 @@ from meshlab_specsmooth.graph.creases import cut_along, cut_graph, find_creases
 from meshlab_specsmooth.graph.faces import neighbors
 from meshlab_specsmooth.meshlab import creases, files, filters, meshset
 from meshlab_specsmooth.meshlab.creases import selected_edges
-from meshlab_specsmooth.operators.laplacians import patches
+from meshlab_specsmooth.operators import patches
 from tests import state
 from tests.meshes import rough, sheet, torus
 from tests.test_edge_aware import box

@@ -18,7 +18,7 @@ from meshlab_specsmooth.batching import work
 from meshlab_specsmooth.batching.work import Job
 from meshlab_specsmooth.cli import main
 from meshlab_specsmooth.meshlab import files, headers, meshset
-from meshlab_specsmooth.operators.laplacians import reconstruction
+from meshlab_specsmooth.operators import reconstruction
 from tests.meshes import rough, torus
 
 CORNERS = struct.pack("<9f", 0, 0, 0, 1, 0, 0, 0, 1, 0)

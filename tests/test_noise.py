@@ -6,7 +6,7 @@ import pytest
 
 import meshlab_specsmooth as mss
 from meshlab_specsmooth.geometry.surface import vertex_normals
-from meshlab_specsmooth.noise.estimate import estimate as noise_room
+from meshlab_specsmooth.noise import estimate as noise_room
 from tests.meshes import TETRAHEDRON, edge_of, flaws, kinds_of_noise, noisy, remeshed_box, sheet, torus
 
 TORUS, BOX = torus(80, 40), remeshed_box()

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 
 import meshlab_specsmooth as mss
 from meshlab_specsmooth.geometry.surface import signed_volume
-from meshlab_specsmooth.operators.laplacians import reconstruction
+from meshlab_specsmooth.operators import reconstruction
 from meshlab_specsmooth.runtime import memory
 from meshlab_specsmooth.spectral.response import RESPONSES, response
 from tests.meshes import (
