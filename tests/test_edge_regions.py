@@ -13,7 +13,7 @@ from meshlab_specsmooth.edge_aware import mesh as mesh_of_edges
 from meshlab_specsmooth.edge_aware import pieces
 from meshlab_specsmooth.edge_aware.filtering import low_pass
 from meshlab_specsmooth.edge_aware.regions import Region
-from meshlab_specsmooth.geometry.surface import boundary_vertices
+from meshlab_specsmooth.geometry.surface import boundary_vertices, face_vectors
 from meshlab_specsmooth.graph.creases import cut_along, cut_graph, find_creases
 from meshlab_specsmooth.graph.faces import neighbors
 from meshlab_specsmooth.meshlab import creases, files, filters, meshset
@@ -31,7 +31,7 @@ HALF = np.arange(1200) < 600
 OPEN = rough(sheet(40, 27), 0.2)
 RIM = boundary_vertices(mss.Surface(*OPEN))
 BOX = box(6)
-PAIRS = find_creases(*(lambda s: (s.faces, mss.surface.face_vectors(s)))(mss.Surface(*BOX)), len(BOX[0]), 45)
+PAIRS = find_creases(*(lambda s: (s.faces, face_vectors(s)))(mss.Surface(*BOX)), len(BOX[0]), 45)
 
 
 def smoothed(mesh, **given):
@@ -188,7 +188,7 @@ def test_creases_by_hand_and_by_angle_are_the_same_and_stay_sharp():
     assert normal_error(mss.Surface(by_pairs.vertices, BOX[1]), clean) < 1e-6
     # under noise, when most edges of the given surface are steeper
     large = mss.Surface(*box(10))
-    normal = mss.surface.face_vectors(large)
+    normal = face_vectors(large)
     hand = find_creases(large.faces, normal, len(large.vertices), 45)
     results = [mss.denoise(*noisy, creases=creases) for creases in (hand, 50.0)]
     assert results[0].creases == results[1].creases == 120

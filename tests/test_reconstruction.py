@@ -3,11 +3,11 @@ import pytest
 
 import meshlab_specsmooth as mss
 from meshlab_specsmooth.graph.build import of_mesh
+from meshlab_specsmooth.operators import reconstruction
 from meshlab_specsmooth.operators.laplacians import (
     barycenters,
     gram_of_barycenters,
     laplacian_of_kind,
-    reconstruction,
 )
 from meshlab_specsmooth.operators.reconstruction import Constraints
 from tests.meshes import TETRAHEDRON, rough, sheet, together, torus
