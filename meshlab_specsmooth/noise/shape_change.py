@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from meshlab_specsmooth.arrays import Booleans, Floats, Integers
 from meshlab_specsmooth.graph.extent import measure_faces, sum_faces
-from meshlab_specsmooth.noise.estimate import CORRELATED, QUANTIZED, Noise
+from meshlab_specsmooth.noise.model import CORRELATED, QUANTIZED, Noise
 from meshlab_specsmooth.runtime import blocks
 
 # Changes below these fractions are of no concern, whatever explains them: of the volume, of the size along each

@@ -22,7 +22,7 @@ from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.errors import NotConverged
 from meshlab_specsmooth.graph.kernels import COLUMNS
 from meshlab_specsmooth.graph.laplacian import Laplacian
-from meshlab_specsmooth.operators.laplacians import Gram
+from meshlab_specsmooth.operators.barycenters import Gram
 from meshlab_specsmooth.runtime import blocks
 from meshlab_specsmooth.runtime.progress import Progress
 
@@ -108,16 +108,16 @@ class _NormalMatrix:
     @functools.cached_property
     def odd(self) -> tuple[npt.NDArray[np.int64], csr_array]:
         """Vertices at edges that have not two faces, and their rows of what G has there besides."""
-        at = np.flatnonzero(np.diff(self.gram.odd.indptr))
-        odd = self.gram.odd[at]
+        at = np.flatnonzero(np.diff(self.gram.irregular.indptr))
+        odd = self.gram.irregular[at]
         return at, odd if self.free is None else odd.multiply(self.free[at]).tocsr()
 
     def times(self, p: Floats, z: Floats, q: Floats) -> Floats:
         """``q`` becomes A p, with ``z`` for scratch; returns (3,) p . q."""
         n, kernels, gram = len(p), self.L.kernels, self.gram
         sums = np.empty((blocks.count(n), COLUMNS))
-        blocks.in_threads(lambda i, j: kernels.differ(i, j, p, self.rows, gram.edge, z), n)
-        blocks.in_threads(lambda i, j: kernels.gather(i, j, p, z, self.free, gram.edge, gram.diagonal, q, sums), n)
+        blocks.in_threads(lambda i, j: kernels.differ(i, j, p, self.rows, gram.regular_edge, z), n)
+        blocks.in_threads(lambda i, j: kernels.gather(i, j, p, z, self.free, gram.regular_edge, gram.diagonal, q, sums), n)
         curvature = sums.sum(axis=0)
         at, odd = self.odd
         if len(at):
@@ -175,7 +175,7 @@ def solve(
     """
     w2 = weight * weight
     free, rows = (None, None) if constraints is None else (constraints.free, constraints.rows)
-    A = _NormalMatrix(L, Gram(w2 * gram.diagonal, w2 * gram.edge, w2 * gram.odd), free, rows)
+    A = _NormalMatrix(L, gram.scaled(w2), free, rows)
     memory = [] if spare is None else spare
     z = blocks.taken(memory, change)
     # L^T R change = D L D^-1 R change; from here on, change is not looked at
@@ -248,3 +248,14 @@ def _descend(L: Laplacian, step: Floats, q: Floats, m: Floats, r: Floats) -> tup
 def _turn(L: Laplacian, step: Floats, turn: Floats, m: Floats, r: Floats, x: Floats, p: Floats) -> None:
     """``x`` becomes x + p step, then ``p`` m r + p turn."""
     blocks.in_threads(lambda first, last: L.kernels.turn(first, last, step, turn, m, r, x, p), len(r))
+
+
+def reconstruct(
+    L: Laplacian, gram: Gram, X: Floats, weight: float, change: Floats | None = None, rtol: float = TOLERANCE
+) -> Floats:
+    """(n, 3) surface of least |L V' - L X - change|^2 + w^2 |C V' - C X|^2 (step 3 without constraints).
+
+    Without ``change`` no differential coordinates are kept, as with a very low cut-off. ``rtol`` is the relative error
+    allowed in the displacement.
+    """
+    return np.asarray(X + solve(L, gram, weight, -(L @ X) if change is None else change, off=rtol).displacement)
