@@ -119,7 +119,7 @@ def coefficients(surface: Surface) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Eigenvalues, and the sizes of the spectral coefficients of Cartesian and of differential coordinates."""
     prepared = mss.prepare(surface.vertices, surface.faces)
     S, root = prepared.L.graph.symmetric_laplacian(), np.sqrt(prepared.L.degree)
-    basis = eigenbasis.complete(S)
+    basis = eigenbasis.full(S)
     X = prepared.positions
     sizes = [np.linalg.norm(basis.vectors.T @ (root * Y), axis=1) for Y in (X, prepared.L @ X)]
     return basis.eigenvalues, sizes[0], sizes[1]

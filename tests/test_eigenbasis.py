@@ -144,9 +144,9 @@ def test_eigenpairs_that_are_not_accurate_are_said(monkeypatch):
 @pytest.mark.parametrize(("name", "work"), [
     ("rough", lambda S, p: eigenbasis.lowest(S, 40, p)),
     ("components", lambda S, p: eigenbasis.lowest(S, 40, p)),
-    ("components", lambda S, p: eigenbasis.covering(S, 40, p)),
-    ("components", lambda S, p: eigenbasis.below(S, Cutoff(0.2, 3.0, 0.0), p)),
-    ("rough", eigenbasis.complete),
+    ("components", lambda S, p: eigenbasis.lowest_with_gap(S, 40, p)),
+    ("components", lambda S, p: eigenbasis.up_to(S, Cutoff(0.2, 3.0, 0.0), p)),
+    ("rough", eigenbasis.full),
 ])  # fmt: skip
 def test_progress_rises_to_one(name, work):
     told = []

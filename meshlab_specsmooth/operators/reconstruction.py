@@ -38,7 +38,7 @@ def tolerance(weight: float, off: float = TOLERANCE) -> float:
     return max(off * min(1.0, weight * weight), _LEAST_TOLERANCE)
 
 
-def passed_on(eigenvalues: Floats, weight: float) -> Floats:
+def error_gain(eigenvalues: Floats, weight: float) -> Floats:
     """How far the displacement of a mode follows its differential coordinates: l / (l^2 + w^2 b), b = 2 - 4 l / 3.
 
     So it is on a regular mesh, where b is the eigenvalue of C^T C; the share of an error in delta' that is seen.

@@ -37,9 +37,10 @@ from meshlab_specsmooth.noise.estimate import (
 )
 from meshlab_specsmooth.operators.laplacians import Gram
 from meshlab_specsmooth.operators.patches import draw_sample
-from meshlab_specsmooth.operators.reconstruction import passed_on
+from meshlab_specsmooth.operators.reconstruction import error_gain
 from meshlab_specsmooth.runtime.progress import Progress, announce, part
 from meshlab_specsmooth.spectral.design import design
+from meshlab_specsmooth.spectral.response import family_of
 
 CRITERIA = ("position", "normals")
 
@@ -118,12 +119,11 @@ class LowPass:
             return lambda X: -(on.L @ X)
         filter_ = design(
             on.L,
-            self.shortest,
-            by="wavelength",
-            name=self.name,
+            family_of(self.name),
+            wavelength=self.shortest,
             method="chebyshev",
             tolerance=_TOLERANCE,
-            passed_on=lambda eigenvalues: passed_on(eigenvalues, weight),
+            error_gain=lambda eigenvalues: error_gain(eigenvalues, weight),
         ).filter
 
         def removed(X: Floats) -> Floats:

@@ -56,7 +56,7 @@ from meshlab_specsmooth.operators.laplacians import (
     gram_of_barycenters,
     laplacian_of_kind,
 )
-from meshlab_specsmooth.operators.reconstruction import Constraints, Solution, passed_on, solve
+from meshlab_specsmooth.operators.reconstruction import Constraints, Solution, error_gain, solve
 from meshlab_specsmooth.parameters import (
     GAINS,
     MAX_ITERATIONS,
@@ -85,11 +85,11 @@ from meshlab_specsmooth.runtime.memory import require
 from meshlab_specsmooth.runtime.progress import Progress, announce, finish, part, rising
 from meshlab_specsmooth.sentences import describe_strays, describe_unmoved, moved_rows
 from meshlab_specsmooth.spectral import SpectralFilter, density, eigenbasis
-from meshlab_specsmooth.spectral.chebyshev import PassedOn
+from meshlab_specsmooth.spectral.chebyshev import ErrorGain
 from meshlab_specsmooth.spectral.cutoff import wavelength_in_edges
 from meshlab_specsmooth.spectral.density import Density
 from meshlab_specsmooth.spectral.design import Design, design, design_band, is_exact
-from meshlab_specsmooth.spectral.response import RESPONSES
+from meshlab_specsmooth.spectral.response import RESPONSES, family_of
 
 # The default cut-off: waves of 20 edges are shape on any mesh that resolves its shape at all, waves of a few edges are
 # where noise is.
@@ -416,12 +416,11 @@ class Prepared:
             boundary,
             lambda L, scale: design(
                 L,
-                scale * longest,
-                by="wavelength",
-                name=response,
+                family_of(response),
+                wavelength=scale * longest,
                 method=method,
                 tolerance=DISPLACEMENT_TOLERANCE,
-                passed_on=_passed_on_by_a_curve(barycenter_weight),
+                error_gain=_error_gain_of_a_curve(barycenter_weight),
             ),
         )
 
@@ -470,15 +469,15 @@ class Prepared:
             check_choice("response", response, RESPONSES)
             return self._nowhere(None, None, response, barycenter_weight, start)
 
-        def band_pass(L: Laplacian, scale: float, seen: PassedOn) -> Design:
+        def band_pass(L: Laplacian, scale: float, seen: ErrorGain) -> Design:
             return design_band(
                 L,
+                family_of(response),
                 scale * longest_,
                 scale * shortest_,
-                name=response,
                 method=method,
                 tolerance=DISPLACEMENT_TOLERANCE,
-                passed_on=seen,
+                error_gain=seen,
             )
 
         def added(
@@ -488,9 +487,9 @@ class Prepared:
             change *= gain - 1
             return change
 
-        across = band_pass(self.L, 1.0, _passed_on(barycenter_weight))
+        across = band_pass(self.L, 1.0, _error_gain(barycenter_weight))
         along = self._along_rim(
-            boundary, lambda L, scale: band_pass(L, scale, _passed_on_by_a_curve(barycenter_weight))
+            boundary, lambda L, scale: band_pass(L, scale, _error_gain_of_a_curve(barycenter_weight))
         )
         result = self._run(added, across, along, region, barycenter_weight, 1, start, progress)
         note = NO_FEATURES if features is not None and not np.any(features) else None
@@ -896,25 +895,23 @@ class Prepared:
         weight: float | None,
         progress: Progress | None,
     ) -> Design:
-        size: float
-        if modes is not None:
-            if wavelength is not None:
-                raise InvalidParameter("modes and wavelength both set the cut-off; give one of them")
-            most = len(self.moving)
-            by, size = "modes", check_count("modes", modes, 1, most, f"1 or more; this mesh has {most}")
+        if modes is None:
+            wavelength = self._in_edges("wavelength", wavelength, DEFAULT_WAVELENGTH_IN_EDGES)
+        elif wavelength is not None:
+            raise InvalidParameter("modes and wavelength both set the cut-off; give one of them")
         else:
-            by, size = "wavelength", self._in_edges("wavelength", wavelength, DEFAULT_WAVELENGTH_IN_EDGES)
-        seen = None if weight is None else _passed_on(weight)
+            most = len(self.moving)
+            modes = check_count("modes", modes, 1, most, f"1 or more; this mesh has {most}")
         return design(
             self.L,
-            size,
-            by=by,
-            name=response,
+            family_of(response),
+            modes=modes,
+            wavelength=wavelength,
             method=method,
             mode_count=mode_count,
             tolerance=POSITION_TOLERANCE if weight is None else DISPLACEMENT_TOLERANCE,
-            passed_on=seen,
-            modes=self.modes,
+            error_gain=None if weight is None else _error_gain(weight),
+            mode_density=self.modes,
             progress=progress,
         )
 
@@ -1464,14 +1461,14 @@ def enhance(
     return replace(result, source=source.kept(), seconds=time.perf_counter() - start)
 
 
-def _passed_on(weight: float) -> PassedOn:
+def _error_gain(weight: float) -> ErrorGain:
     """The share of an error in delta' that the reconstruction of a surface passes on."""
-    return lambda eigenvalues: passed_on(eigenvalues, weight)
+    return lambda eigenvalues: error_gain(eigenvalues, weight)
 
 
-def _passed_on_by_a_curve(weight: float) -> PassedOn:
+def _error_gain_of_a_curve(weight: float) -> ErrorGain:
     """The same along a curve, whose midpoints hold long waves half as firmly as barycenters do."""
-    return _passed_on(weight / np.sqrt(2))
+    return _error_gain(weight / np.sqrt(2))
 
 
 def _with_warning(result: SmoothingResult, *warnings: str | None) -> SmoothingResult:

@@ -28,7 +28,7 @@ _OVERSAMPLING = 16
 _BETWEEN = 1.01
 
 #: From eigenvalues to the share of an error there that matters.
-PassedOn = Callable[[Floats], Floats]
+ErrorGain = Callable[[Floats], Floats]
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +90,7 @@ class ChebyshevSeries:
         return now
 
 
-def approximate(response: Response, tolerance: float, passed_on: PassedOn | None = None) -> ChebyshevSeries:
+def approximate(response: Response, tolerance: float, error_gain: ErrorGain | None = None) -> ChebyshevSeries:
     """A short Chebyshev series for ``response`` whose error is below ``tolerance``.
 
     Parameters
@@ -98,7 +98,7 @@ def approximate(response: Response, tolerance: float, passed_on: PassedOn | None
     response : Response
         A step is approximated by its softened self, and its transition is not looked at.
     tolerance : float
-    passed_on : callable, optional
+    error_gain : callable, optional
         From eigenvalues to the share of an error there that matters, at least linear in the eigenvalue near 0. Then
         lambda h(lambda) is expanded, and the series divided by lambda: this puts the errors where they are small.
 
@@ -111,11 +111,11 @@ def approximate(response: Response, tolerance: float, passed_on: PassedOn | None
     while count <= 2 * HIGHEST_DEGREE:
         x = 1 + np.cos(np.pi * (np.arange(count) + 0.5) / count)
         h = response.smooth_gain(x)
-        c = dct(h if passed_on is None else x * h, type=2) / count
+        c = dct(h if error_gain is None else x * h, type=2) / count
         c[0] /= 2
         # Interpolated well when the upper half of the coefficients is next to nothing
         if np.abs(c[count // 2 :]).sum() <= tolerance * np.abs(c).sum():
-            series = _short(c[: count // 2], response, tolerance, passed_on)
+            series = _short(c[: count // 2], response, tolerance, error_gain)
             if series is not None:
                 return series
         count *= 2
@@ -125,19 +125,19 @@ def approximate(response: Response, tolerance: float, passed_on: PassedOn | None
     )
 
 
-def _short(c: Floats, response: Response, tolerance: float, passed_on: PassedOn | None) -> ChebyshevSeries | None:
+def _short(c: Floats, response: Response, tolerance: float, error_gain: ErrorGain | None) -> ChebyshevSeries | None:
     """A head of the series that is close enough, within a twentieth of the shortest, if any is."""
     terms = 1
     while terms < len(c):
-        kept = c[:terms] if passed_on is None else _divided(c[: terms + 1])
-        series = ChebyshevSeries(kept, _error(kept, response, passed_on))
+        kept = c[:terms] if error_gain is None else _divided(c[: terms + 1])
+        series = ChebyshevSeries(kept, _error(kept, response, error_gain))
         if series.error <= tolerance:
             return series
         terms += 1 + terms // 20  # not by bisection: the error falls in waves
     return None
 
 
-def _error(c: Floats, response: Response, passed_on: PassedOn | None) -> float:
+def _error(c: Floats, response: Response, error_gain: ErrorGain | None) -> float:
     """Largest error of the series, weighed, outside of the transitions."""
     points = max(64, _OVERSAMPLING * len(c))
     x = 1 + np.cos(np.pi * np.arange(points + 1) / points)
@@ -148,8 +148,8 @@ def _error(c: Floats, response: Response, passed_on: PassedOn | None) -> float:
         at_ends = np.cos(np.outer(np.arccos(ends - 1), np.arange(len(c)))) @ c
         x, p = np.append(x[outside], ends), np.append(p[outside], at_ends)
     off = np.abs(p - response.smooth_gain(x))
-    if passed_on is not None:
-        off *= passed_on(x)
+    if error_gain is not None:
+        off *= error_gain(x)
     return _BETWEEN * float(off.max())
 
 

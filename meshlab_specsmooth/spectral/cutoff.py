@@ -33,12 +33,17 @@ class Cutoff:
     error: float
 
 
-def from_wavelength(edges: float, vertex_count: int) -> Cutoff:
-    """The cut-off at surface waves of so many mean edge lengths."""
-    # waves shorter than the mesh can carry keep everything; those beyond all measure keep the constants
-    eigenvalue = float(np.clip((np.pi / max(edges, 1.0)) ** 2, np.finfo(np.float64).tiny, 2.0))
+def from_eigenvalue(eigenvalue: float, vertex_count: int) -> Cutoff:
+    """The cut-off at an eigenvalue, with the number of modes that the regular lattice has below it."""
     modes = float(max(1.0, vertex_count * min(1.0, lattice_share(np.array([eigenvalue]))[0])))
     return Cutoff(eigenvalue, modes, float("nan"))
+
+
+def from_wavelength(edges: float, vertex_count: int) -> Cutoff:
+    """The cut-off at surface waves of a length in mean edge lengths."""
+    # waves shorter than the mesh can represent keep everything; extremely long ones keep only the constants
+    eigenvalue = float(np.clip((np.pi / max(edges, 1.0)) ** 2, np.finfo(np.float64).tiny, 2.0))
+    return from_eigenvalue(eigenvalue, vertex_count)
 
 
 def wavelength_in_edges(eigenvalue: float) -> float:

@@ -111,26 +111,28 @@ class Projection:
             return np.asarray(U @ (self.response(self.basis.eigenvalues)[:, None] * (U.T @ (X * root)))) / root
 
 
-def complete(S: csr_array, progress: Progress | None = None) -> Eigenbasis:
+def full(S: csr_array, progress: Progress | None = None) -> Eigenbasis:
     """All eigenpairs of S; raises as :func:`lowest` does."""
     return lowest(S, S.shape[0], progress)
 
 
-def covering(S: csr_array, count: int, progress: Progress | None = None) -> Eigenbasis:
+def lowest_with_gap(S: csr_array, count: int, progress: Progress | None = None) -> Eigenbasis:
     """The lowest eigenpairs, ``count`` of them, those equal to the last, and one beyond, or all.
 
     Raises as :func:`lowest` does.
     """
-    return _enough(S, count + 1, lambda basis: basis.kept(count) < len(basis.eigenvalues), progress)
+    return _double_until(S, count + 1, lambda basis: basis.kept(count) < len(basis.eigenvalues), progress)
 
 
-def below(S: csr_array, cutoff: Cutoff, progress: Progress | None = None) -> Eigenbasis:
+def up_to(S: csr_array, cutoff: Cutoff, progress: Progress | None = None) -> Eigenbasis:
     """The eigenpairs up to the cut-off, and at least one beyond it; raises as :func:`lowest` does."""
     count = int(1.25 * cutoff.modes) + 2
-    return _enough(S, count, lambda basis: basis.eigenvalues[-1] > cutoff.eigenvalue, progress)
+    return _double_until(S, count, lambda basis: basis.eigenvalues[-1] > cutoff.eigenvalue, progress)
 
 
-def _enough(S: csr_array, count: int, suffices: Callable[[Eigenbasis], bool], progress: Progress | None) -> Eigenbasis:
+def _double_until(
+    S: csr_array, count: int, suffices: Callable[[Eigenbasis], bool], progress: Progress | None
+) -> Eigenbasis:
     """The lowest ``count`` eigenpairs, or twice as many until they suffice, or all."""
     n = S.shape[0]
     done = 0.0

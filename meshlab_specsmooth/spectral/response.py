@@ -14,9 +14,13 @@ import numpy.typing as npt
 from scipy.special import erfc
 
 from meshlab_specsmooth.arrays import Floats
-from meshlab_specsmooth.parameters import check_choice, check_number
+from meshlab_specsmooth.errors import InvalidParameter
+from meshlab_specsmooth.parameters import check_choice, check_number, show
 
 Gain = Callable[[Floats], Floats]
+
+# Points at which a gain is sampled, evenly spaced in arccos(1 - lambda)
+_SAMPLES = 4096
 
 # Where a step is approximated by a polynomial it rises over a band about the cut-off: outside cut-off +- 25 % the
 # softened step is within 0.5 % of the step.
@@ -35,10 +39,13 @@ class Response:
     gain : callable
         h: eigenvalues (any shape) to gains (same shape).
     smooth_gain : callable
-        What a polynomial filter approximates instead of ``gain``: the same function, except that a step is softened
-        (see :data:`TRANSITION`).
+        What a polynomial approximates instead of ``gain``: the same function, except that a step is softened (see
+        :data:`TRANSITION`).
     transitions : tuple of (float, float)
-        Where the two differ: the ranges of eigenvalues about each step.
+        Ranges of eigenvalues in which the two differ, one about each step.
+    support : float
+        Eigenvalue above which the gain is zero; 2 where it is not known to vanish. Below 2, the exact method computes
+        only the eigenvectors up to it.
 
     Examples
     --------
@@ -53,6 +60,7 @@ class Response:
     gain: Gain
     smooth_gain: Gain
     transitions: tuple[tuple[float, float], ...] = ()
+    support: float = 2.0
 
     def __call__(self, eigenvalues: npt.ArrayLike) -> Floats:
         """The gains at ``eigenvalues``."""
@@ -65,6 +73,7 @@ class Response:
             lambda x: self.gain(x) * other.gain(x),
             lambda x: self.smooth_gain(x) * other.smooth_gain(x),
             self.transitions + other.transitions,
+            min(self.support, other.support),
         )
 
     def __invert__(self) -> Response:
@@ -72,6 +81,32 @@ class Response:
         return Response(
             f"1 - {self.label}", lambda x: 1 - self.gain(x), lambda x: 1 - self.smooth_gain(x), self.transitions
         )
+
+    @property
+    def cutoff(self) -> float:
+        """Eigenvalue at which the gain first falls to one half; 2 where it never does.
+
+        Examples
+        --------
+        >>> from meshlab_specsmooth.spectral.response import band, heat, ideal
+        >>> round(heat(0.3).cutoff, 12), ideal(0.3).cutoff
+        (0.3, 0.3)
+        >>> round(band(heat(0.1), heat(1.0)).cutoff, 2), (~ideal(0.3)).cutoff
+        (1.0, 2.0)
+        """
+        x = 1 - np.cos(np.linspace(0, np.pi, _SAMPLES + 1))
+        passes = self(x) > 0.5
+        falls = np.flatnonzero(passes[:-1] & ~passes[1:])
+        if len(falls) == 0:
+            return 2.0
+        low, high = float(x[falls[0]]), float(x[falls[0] + 1])
+        while low < (middle := (low + high) / 2) < high:
+            low, high = (middle, high) if self(middle) > 0.5 else (low, middle)
+        return low
+
+
+#: From a cut-off, an eigenvalue in (0, 2], to the low-pass response that is cut off there.
+Family = Callable[[float], Response]
 
 
 def ideal(cutoff: float) -> Response:
@@ -91,7 +126,7 @@ def ideal(cutoff: float) -> Response:
     label = f"ideal({cutoff:.4g})"
     if cutoff >= 2:
         return Response(label, step, np.ones_like)
-    return Response(label, step, softened, ((cutoff * (1 - TRANSITION), cutoff * (1 + TRANSITION)),))
+    return Response(label, step, softened, ((cutoff * (1 - TRANSITION), cutoff * (1 + TRANSITION)),), cutoff)
 
 
 def _angle(eigenvalue: Floats | float) -> Floats:
@@ -103,31 +138,44 @@ def _angle(eigenvalue: Floats | float) -> Floats:
 _INVERSE_ERFC = 1.8214
 
 
-def _smooth(label: str, gain: Gain) -> Response:
+def from_gain(gain: Gain, label: str = "custom") -> Response:
+    """A response with a given gain, a function smooth enough to be approximated by a polynomial.
+
+    Examples
+    --------
+    >>> from meshlab_specsmooth.spectral.response import from_gain
+    >>> from_gain(lambda x: 1 / (1 + x))([0.0, 1.0])
+    array([1. , 0.5])
+    """
     return Response(label, gain, gain)
 
 
 def butterworth(cutoff: float) -> Response:
     """1 / (1 + (lambda / cut-off)^4): flat, then falling fast; a half at the cut-off."""
-    return _smooth(f"butterworth({cutoff:.4g})", lambda x: 1 / (1 + (x / cutoff) ** 4))
+    return from_gain(lambda x: 1 / (1 + (x / cutoff) ** 4), f"butterworth({cutoff:.4g})")
 
 
 def gaussian(cutoff: float) -> Response:
     """2^-(lambda / cut-off)^2; a half at the cut-off."""
-    return _smooth(f"gaussian({cutoff:.4g})", lambda x: np.exp2(-((x / cutoff) ** 2)))
+    return from_gain(lambda x: np.exp2(-((x / cutoff) ** 2)), f"gaussian({cutoff:.4g})")
 
 
 def heat(cutoff: float) -> Response:
     """2^-(lambda / cut-off), heat diffusion, a Gaussian in frequency; a half at the cut-off."""
-    return _smooth(f"heat({cutoff:.4g})", lambda x: np.exp2(-x / cutoff))
+    return from_gain(lambda x: np.exp2(-x / cutoff), f"heat({cutoff:.4g})")
 
 
-RESPONSES: dict[str, Callable[[float], Response]] = {
+RESPONSES: dict[str, Family] = {
     "ideal": ideal,
     "butterworth": butterworth,
     "gaussian": gaussian,
     "heat": heat,
 }
+
+
+def family_of(name: str) -> Family:
+    """The family of responses of that name; raises InvalidParameter where there is none."""
+    return RESPONSES[check_choice("response", name, RESPONSES)]
 
 
 def response(name: str, cutoff: float) -> Response:
@@ -138,9 +186,29 @@ def response(name: str, cutoff: float) -> Response:
     InvalidParameter
         An unknown name, or a cut-off outside (0, 2].
     """
-    name = check_choice("response", name, RESPONSES)
+    family = family_of(name)
     least = float(np.finfo(np.float64).tiny)
-    return RESPONSES[name](check_number("cutoff", cutoff, least, 2.0, "an eigenvalue, in (0, 2]"))
+    return family(check_number("cutoff", cutoff, least, 2.0, "an eigenvalue, in (0, 2]"))
+
+
+def check_response(response: object) -> Response:
+    """The response, if it is one and its gains are finite numbers.
+
+    Raises
+    ------
+    InvalidParameter
+        Another object, as from a user's family, or gains that are of another shape or not finite.
+    """
+    if not isinstance(response, Response):
+        raise InvalidParameter(
+            f"response is {show(response)}; it must be a Response, or a function from a cut-off to one"
+        )
+    x = 1 - np.cos(np.linspace(0, np.pi, 65))
+    for gain in (response.gain, response.smooth_gain):
+        values = np.asarray(gain(x))
+        if values.shape != x.shape or not np.isfinite(values).all():
+            raise InvalidParameter(f"response {response.label} must have one finite gain for each eigenvalue in [0, 2]")
+    return response
 
 
 def band(low: Response, high: Response) -> Response:
