@@ -8,6 +8,7 @@ from meshlab_specsmooth.arrays import Floats, Integers
 
 _ASPECT_OF_EQUILATERAL = 2 / np.sqrt(3)
 
+
 def compute_face_vectors(X: Floats, F: Integers) -> Floats:
     """(m, 3) normals whose length is twice the face's area."""
     return np.asarray(np.cross(X[F[:, 1]] - X[F[:, 0]], X[F[:, 2]] - X[F[:, 0]]))

@@ -190,7 +190,7 @@ def classify(
     mean_edge: float,
     count: int,
 ) -> str:
-    """The kind of noise, by its levels at ``count`` vertices; ``"quantized"`` and ``"unclear"`` are decided elsewhere."""
+    """The kind of noise by its levels at ``count`` vertices, except ``"quantized"`` and ``"unclear"``."""
     error = _STANDARD_ERRORS / np.sqrt(count)
     growth = _GROWTH_OF_SHAPE ** (_COARSER_BAND - _FINER_BAND)
     grows = levels_by_band[_COARSER_BAND] >= growth * levels_by_band[_FINER_BAND]
@@ -243,7 +243,9 @@ def describe_terraces(ops: Operators, noise: Noise) -> str | None:
     if noise.kind not in (WHITE, DIRECTIONAL):
         return None
     flat = _compute_flat_fraction(compute_heights(ops.positions, ops.faces), noise)
-    return f"{100 * flat:.0f} % of the edges are exactly flat, as on the terraces of a mask" if flat > _MAX_FLAT else None
+    if flat <= _MAX_FLAT:
+        return None
+    return f"{100 * flat:.0f} % of the edges are exactly flat, as on the terraces of a mask"
 
 
 def _compute_flat_fraction(heights: Floats, noise: Noise) -> float:

@@ -172,8 +172,7 @@ class Noise(Described):
     def scaled(self, exponent: int, factor: float = 1.0) -> Noise:
         """The same noise with lengths times ``factor`` 2^exponent."""
         lengths = {
-            name: np.ldexp(np.multiply(getattr(self, name), factor), exponent).tolist()
-            for name in (*LENGTHS, *LEVELS)
+            name: np.ldexp(np.multiply(getattr(self, name), factor), exponent).tolist() for name in (*LENGTHS, *LEVELS)
         }
         return replace(self, **lengths | {name: tuple(lengths[name]) for name in LEVELS})
 
@@ -185,5 +184,13 @@ class Noise(Described):
 
     def unclear(self, bound: float, reason: str) -> Noise:
         """The same evidence, but noise and shape cannot be separated; ``bound`` is the level if nothing were shape."""
-        zeros = {"level": 0.0, "low": 0.0, "correlated_level": 0.0, "covariance": np.zeros((3, 3))}
-        return replace(self, **zeros, high=bound, kind=UNCLEAR, reason=reason)
+        return replace(
+            self,
+            level=0.0,
+            low=0.0,
+            high=bound,
+            kind=UNCLEAR,
+            correlated_level=0.0,
+            covariance=np.zeros((3, 3)),
+            reason=reason,
+        )

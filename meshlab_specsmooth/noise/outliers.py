@@ -1,4 +1,4 @@
-"""Single stray vertices: found one by one, whatever the noise of the rest, and moved to where their neighbors expect them.
+"""Single stray vertices: found one by one, whatever the noise of the rest, and moved to where their neighbors are.
 
 A few spikes leave the median of the noise as it is, but they dominate the mean square by which a strength is chosen, so
 they are removed before anything else is measured. Where many vertices are far off, the noise is impulse noise, and is

@@ -64,7 +64,7 @@ def group_components(ops: Operators, count: int, labels: npt.NDArray[np.int32]) 
     if len(measured) == 0 or count == 1:
         return [Part(np.arange(len(X)), np.arange(len(F)), False)]
     face_labels = labels[F[:, 0]]
-    levels = {c: _estimatch_part(X, F, labels == c, face_labels == c) for c in measured}
+    levels = {c: _estimate_part(X, F, labels == c, face_labels == c) for c in measured}
     groups: list[list[int]] = []
     for c in measured:
         match = next((g for g in groups if _are_alike(edges, sizes, levels, g[0], c)), None)
@@ -97,13 +97,13 @@ def _mean_edges(X: Floats, F: Integers, labels: npt.NDArray[np.int32], count: in
     return np.asarray(np.bincount(face, weights=length, minlength=count) / np.bincount(face, minlength=count))
 
 
-def estimatch_surface(ops: Operators) -> Noise:
+def estimate_surface(ops: Operators) -> Noise:
     """The noise that a surface is smoothed by, in the units of its positions: that of its largest measurable group."""
     count, labels = label_components(ops.L)
     parts = group_components(ops, count, labels) if count > 1 else []
     if len(parts) < 2:
         patches = draw_patches(ops)
-        return estimatch(patches.ops, patches.counted).noise
+        return estimate(patches.ops, patches.counted).noise
     found = []
     for part in parts:
         if not part.is_left_alone:
@@ -111,14 +111,14 @@ def estimatch_surface(ops: Operators) -> Noise:
             is_vertex[part.vertices] = True
             is_face = np.zeros(len(ops.faces), dtype=np.bool_)
             is_face[part.faces] = True
-            found.append((_estimatch_part(ops.positions, ops.faces, is_vertex, is_face), len(part.vertices)))
+            found.append((_estimate_part(ops.positions, ops.faces, is_vertex, is_face), len(part.vertices)))
     return max(found, key=lambda pair: (not pair[0].is_left_alone, pair[1]))[0]
 
 
-def _estimatch_part(X: Floats, F: Integers, is_vertex: Booleans, is_face: Booleans) -> Noise:
+def _estimate_part(X: Floats, F: Integers, is_vertex: Booleans, is_face: Booleans) -> Noise:
     index = np.cumsum(is_vertex, dtype=np.int32) - np.int32(1)
     patches = draw_patches(assemble_patch(X[is_vertex], index[F[is_face]]))
-    return estimatch(patches.ops, patches.counted).noise
+    return estimate(patches.ops, patches.counted).noise
 
 
 def _are_alike(edges: Floats, sizes: npt.NDArray[np.integer], levels: dict[int, Noise], a: int, b: int) -> bool:

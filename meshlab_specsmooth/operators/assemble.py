@@ -145,6 +145,19 @@ def assemble(
         return replace(ops, mode_density=density.measure(ops.L))
 
 
+def assemble_any(
+    mesh: Mesh, faces: npt.ArrayLike | None, laplacian: str, *, weld: bool = True, progress: Progress | None = None
+) -> Operators:
+    """The operators of a mesh of any kind, or those that are given if their Laplacian is the one asked for."""
+    if not isinstance(mesh, Operators):
+        source = recognize(mesh, faces)
+        ops = assemble_surface(source.surface(), laplacian, weld=weld, progress=progress)
+        return replace(ops, source=source.kept())
+    if mesh.laplacian == laplacian:
+        return mesh
+    return replace(assemble_surface(mesh.surface, laplacian, weld=mesh.welded > 0), source=mesh.source)
+
+
 def assemble_surface(
     surface: Surface, laplacian: str = "uniform", *, weld: bool = True, progress: Progress | None = None
 ) -> Operators:
@@ -185,6 +198,11 @@ def assemble_patch(positions: Floats, faces: Integers) -> Operators:
     active = np.arange(len(positions), dtype=np.int32)
     surface = Surface(positions, faces)
     return _assemble(surface, active, None, positions, 0, faces, "uniform", 0, lambda fraction: None)
+
+
+def at_positions(ops: Operators, positions: Floats) -> Operators:
+    """The same mesh with other positions, (k, 3), of the active vertices."""
+    return replace(ops, positions=positions, mean_edge=ops.L.mean_edge_length(positions))
 
 
 def _assemble(

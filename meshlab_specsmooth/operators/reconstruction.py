@@ -117,7 +117,9 @@ class _NormalMatrix:
         n, kernels, gram = len(p), self.L.kernels, self.gram
         sums = np.empty((blocks.count(n), COLUMNS))
         blocks.in_threads(lambda i, j: kernels.differ(i, j, p, self.rows, gram.regular_edge, z), n)
-        blocks.in_threads(lambda i, j: kernels.gather(i, j, p, z, self.free, gram.regular_edge, gram.diagonal, q, sums), n)
+        blocks.in_threads(
+            lambda i, j: kernels.gather(i, j, p, z, self.free, gram.regular_edge, gram.diagonal, q, sums), n
+        )
         curvature = sums.sum(axis=0)
         at, odd = self.odd
         if len(at):
