@@ -14,7 +14,7 @@ from meshlab_specsmooth.describe import Described, Rows, format_length
 from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.geometry.surface import LARGEST_EXPONENT, check_extent
 from meshlab_specsmooth.noise.estimate import Noise
-from meshlab_specsmooth.parameters import BANDS, check_count
+from meshlab_specsmooth.parameters import BAND_BOUNDS, check_count
 from meshlab_specsmooth.risk.estimation import estimate_noise, noise_of
 from meshlab_specsmooth.runtime import blocks
 from meshlab_specsmooth.smoothing.api import Prepared, assemble
@@ -117,7 +117,7 @@ def spectrum(
     >>> mss.spectrum(octahedron, faces).eigenvalue.round(9) + 0.0
     array([0. , 1. , 1. , 1. , 1.5, 1.5])
     """
-    bands = check_count("bands", bands, *BANDS)
+    bands = check_count("bands", bands, *BAND_BOUNDS)
     source = recognize(mesh, faces)
     prepared = assemble(source.vertices, source.faces, laplacian)
     if len(prepared.moving) == 0:

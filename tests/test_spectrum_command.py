@@ -54,7 +54,7 @@ def test_without_the_extra_the_figures_are_there_and_the_extra_is_named(scan, tm
 @pytest.mark.parametrize(
     ("arguments", "code", "words"),
     [
-        (["--bands", "1"], 2, "whole number from 2 to 4096"),
+        (["--bands", "1"], 2, "integer from 2 to 4096"),
         (["--modes", "3", "--wavelength", "1"], 2, "modes and wavelength"),
         (["--response", "box"], 2, "invalid choice"),
     ],

@@ -26,8 +26,8 @@ from meshlab_specsmooth.edge_aware.result import Considered, EdgeAwareResult, Se
 from meshlab_specsmooth.edge_aware.search import Fixed
 from meshlab_specsmooth.parameters import (
     MAX_FACE_ITERATIONS,
-    RANGE_SIGMAS,
-    STRENGTHS,
+    RANGE_SIGMA_BOUNDS,
+    STRENGTH_BOUNDS,
     check_barycenter_weight,
     check_choice,
     check_count,
@@ -126,8 +126,8 @@ def smooth_edge_aware(
     True
     """
     fixed = Fixed(
-        None if strength is None else check_number("strength", strength, *STRENGTHS),
-        None if range_sigma is None else check_number("range_sigma", range_sigma, *RANGE_SIGMAS),
+        None if strength is None else check_number("strength", strength, *STRENGTH_BOUNDS),
+        None if range_sigma is None else check_number("range_sigma", range_sigma, *RANGE_SIGMA_BOUNDS),
         None if iterations is None else check_count("iterations", iterations, 1, MAX_FACE_ITERATIONS),
         check_choice("start", start, STARTS),
         None if barycenter_weight is None else check_barycenter_weight(barycenter_weight),

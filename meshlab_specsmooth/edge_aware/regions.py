@@ -14,7 +14,7 @@ from meshlab_specsmooth.geometry.surface import Surface
 from meshlab_specsmooth.graph.creases import keys_of, sides_of
 from meshlab_specsmooth.operators.boundary import ALL_KEPT, BOUNDARIES, NOTHING_SELECTED, fade
 from meshlab_specsmooth.operators.patches import MIN_COUNTED
-from meshlab_specsmooth.parameters import GAINS, check_choice, check_number, check_weights
+from meshlab_specsmooth.parameters import GAIN_BOUNDS, check_choice, check_number, check_weights
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +99,7 @@ def region_of(
         Names the parameter, and the first vertex or row that is wrong.
     """
     boundary = check_choice("boundary", boundary, BOUNDARIES)
-    feature_gain = check_number("feature_gain", feature_gain, *GAINS)
+    feature_gain = check_number("feature_gain", feature_gain, *GAIN_BOUNDS)
     n = len(surface.vertices)
     inside = None if mask is None else check_weights("mask", mask, n) > 0
     kept = None if features is None else feature_gain * check_weights("features", features, n)

@@ -25,9 +25,9 @@ from meshlab_specsmooth.noise.estimate import (
 from meshlab_specsmooth.noise.outliers import replace_outliers
 from meshlab_specsmooth.noise.parts import estimate_level
 from meshlab_specsmooth.parameters import (
-    LARGEST_SEED,
-    MOST_PROBES,
-    NOISE_IN_EXTENTS,
+    MAX_PROBES,
+    MAX_SEED,
+    NOISE_BOUNDS_IN_EXTENTS,
     check_choice,
     check_count,
     check_function,
@@ -306,8 +306,8 @@ def prepare_error(
     seed: int = 0,
 ) -> PreparedError:
     """What :func:`estimate_error` needs of a surface, whatever the filter; parameters and errors are the same."""
-    probes = check_count("probes", probes, 1, MOST_PROBES)
-    seed = check_count("seed", seed, 0, LARGEST_SEED)
+    probes = check_count("probes", probes, 1, MAX_PROBES)
+    seed = check_count("seed", seed, 0, MAX_SEED)
     mesh = assemble(vertices, faces, "uniform")
     check_extent(mesh.exponent, LARGEST_EXPONENT, "risk, which is the square of an error")
     require(_BYTES_PER_DRAW * (probes + 2) * mesh.L.size, f"{probes} probes of {mesh.L.size} vertices")
@@ -332,7 +332,7 @@ def prepare_error(
 
 def _level(name: str, given: object, exponent: int) -> float:
     """A level of noise in mesh units, over the mesh's extent 2^exponent."""
-    low, high = np.ldexp(NOISE_IN_EXTENTS, exponent)
+    low, high = np.ldexp(NOISE_BOUNDS_IN_EXTENTS, exponent)
     what = f"a length from {low:.3g} to {high:.3g} in mesh units, or what estimate_noise returns"
     return float(np.ldexp(check_number(name, given, low, high, what), -exponent))
 

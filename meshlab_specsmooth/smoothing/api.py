@@ -58,7 +58,7 @@ from meshlab_specsmooth.operators.laplacians import (
 )
 from meshlab_specsmooth.operators.reconstruction import Constraints, Solution, passed_on, solve
 from meshlab_specsmooth.parameters import (
-    GAINS,
+    GAIN_BOUNDS,
     MAX_ITERATIONS,
     check_barycenter_weight,
     check_choice,
@@ -376,7 +376,7 @@ class Prepared:
         """
         began = time.perf_counter()
         progress = check_progress(progress)
-        feature_gain = check_number("feature_gain", feature_gain, *GAINS)
+        feature_gain = check_number("feature_gain", feature_gain, *GAIN_BOUNDS)
         iterations = check_count("iterations", iterations, 1, MAX_ITERATIONS)
         if barycenter_weight is not None:
             barycenter_weight = check_barycenter_weight(barycenter_weight)
@@ -456,7 +456,7 @@ class Prepared:
         """As :func:`enhance`, without preparing anew."""
         start = time.perf_counter()
         progress = check_progress(progress)
-        gain = check_number("gain", gain, *GAINS)
+        gain = check_number("gain", gain, *GAIN_BOUNDS)
         barycenter_weight = check_barycenter_weight(barycenter_weight)
         longest_ = self._in_edges("longest", longest, LONGEST_ENHANCED_IN_EDGES)
         shortest_ = self._in_edges("shortest", shortest, SHORTEST_ENHANCED_IN_EDGES)
