@@ -30,8 +30,8 @@ BARYCENTER_WEIGHT_BOUNDS = (2.0**-26, 2.0**26)
 # these bounds one of them is lost in rounding.
 STRENGTH_BOUNDS = (_EPSILON, 1 / _EPSILON)
 
-# The range weight is a function of |n_i - n_j|^2 / sigma^2 <= 4 / sigma^2. Above the upper bound all weights are 1 up to
-# two units in the last place; below the lower bound the differences compared are rounding errors of the normals.
+# The range weight is a function of |n_i - n_j|^2 / sigma^2 <= 4 / sigma^2. Above the upper bound all weights are 1 to
+# two units in the last place; below the lower bound, the differences compared are rounding errors of the normals.
 RANGE_SIGMA_BOUNDS = (_EPSILON, 2.0**26)
 
 # A gain amplifies rounding errors as well: at the upper bound half of the digits are lost

@@ -184,7 +184,7 @@ def test_names_are_known_exactly_as_meshlab_writes_them():
 
 
 def test_a_long_session_is_recorded_to_its_end(monkeypatch):
-    monkeypatch.setattr(xmltree, "LARGEST_FILE", 2000)
+    monkeypatch.setattr(xmltree, "MAX_FILE_SIZE", 2000)
     ms = meshset.new(*MESH)
     for _ in range(3):
         mss.get_spectrum(ms)

@@ -134,7 +134,7 @@ def failure(job: Job, status: str, reason: str) -> Outcome:
 
 def portable(value: Any) -> Any:
     """A filter's checked argument as JSON has it: a share of the diagonal becomes a dict."""
-    return {"diagonals": value.share} if isinstance(value, Length) else value
+    return {"diagonals": value.fraction} if isinstance(value, Length) else value
 
 
 def _native(value: Any) -> Any:

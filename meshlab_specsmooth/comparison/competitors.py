@@ -125,7 +125,7 @@ def _check_kind(name: str, value: object, kind: type, what: str) -> None:
 
 
 def _typed(value: Any) -> str:
-    return f"pymeshlab.PercentageValue({100 * value.share:g})" if isinstance(value, Length) else repr(value)
+    return f"pymeshlab.PercentageValue({100 * value.fraction:g})" if isinstance(value, Length) else repr(value)
 
 
 _SELECTION = "MeshLab's filter ignores its parameter selected, and works on selected faces alone if there are any."

@@ -396,7 +396,7 @@ def _held(competitor: Competitor, ran: Ran) -> Competitor:
 def _on_part(competitor: Competitor, bench: _Bench) -> Competitor:
     """The filter with shares of the whole mesh's diagonal, on a part of it."""
     stretched = {
-        k: Length(v.share * bench.stretch) if isinstance(v, Length) else v for k, v in competitor.parameters.items()
+        k: Length(v.fraction * bench.stretch) if isinstance(v, Length) else v for k, v in competitor.parameters.items()
     }
     return replace(competitor, parameters=stretched)
 

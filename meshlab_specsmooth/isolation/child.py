@@ -74,7 +74,7 @@ def run(vertices: Floats, faces: Integers, name: str, parameters: Mapping[str, A
     """
     ms = meshset.new(vertices, faces)
     given = {
-        key: pymeshlab.PercentageValue(100 * value.share) if isinstance(value, Length) else value
+        key: pymeshlab.PercentageValue(100 * value.fraction) if isinstance(value, Length) else value
         for key, value in parameters.items()
     }
     output: dict[str, Any] = {}

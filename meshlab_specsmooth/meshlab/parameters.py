@@ -124,7 +124,7 @@ def _in_mesh_units(given: Any, ms: pymeshlab.MeshSet) -> Any:
     """A length given as a share of the bounding-box diagonal, or as a plain value, in mesh units."""
     diagonal = ms.current_mesh().bounding_box().diagonal()
     if isinstance(given, Length):
-        return given.share * diagonal
+        return given.fraction * diagonal
     if isinstance(given, pymeshlab.PercentageValue):
         return given.value() / 100 * diagonal
     if isinstance(given, pymeshlab.PureValue):
