@@ -9,7 +9,7 @@ import meshlab_specsmooth as mss
 from meshlab_specsmooth.comparison.metrics import normal_error, vertex_error, volume_change
 from meshlab_specsmooth.edge_aware import mesh as mesh_of_edges
 from meshlab_specsmooth.graph import faces, faces_compiled
-from meshlab_specsmooth.meshlab import files, meshset
+from meshlab_specsmooth.meshlab import mesh_files, meshset
 from meshlab_specsmooth.operators import patches
 from tests.meshes import box, flaws, meshes, rough, sheet, torus
 
@@ -360,7 +360,7 @@ def test_far_impulses_on_a_box_do_not_cost_its_edges():
 
 def test_a_clean_coarse_model_is_left_alone():
     cow = Path(pymeshlab.__file__).parent / "tests" / "sample_meshes" / "cow.obj"
-    V, F = meshset.pull(files.read(cow))
+    V, F = meshset.get_arrays(mesh_files.read(cow))
     result = mss.denoise(V, F)
     assert result.noise.kind == "none"
     assert result.displacement < 0.02 * result.noise.mean_edge

@@ -45,7 +45,7 @@ PIECES = [
 SHIPPED = [descriptors.folder().joinpath(f"{n}.xml").read_bytes() for n in descriptors.names()]
 SCRIPT = (
     "<!DOCTYPE FilterScript>\n<FilterScript>\n"
-    + scripts.step_of(
+    + scripts.format_step(
         descriptors.load("get_spectrum"),
         {p.name: p.default for p in descriptors.load("get_spectrum").parameters},
     )
