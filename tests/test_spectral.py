@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth.graph.kernels import COLUMNS
+from meshlab_specsmooth.graph.protocols import COLUMNS
 from meshlab_specsmooth.operators.reconstruction import error_gain
 from meshlab_specsmooth.spectral import chebyshev, density, eigenbasis
-from meshlab_specsmooth.spectral.cutoff import WEYL, Cutoff, from_wavelength, lattice_share, wavelength_in_edges
+from meshlab_specsmooth.spectral.cutoff import WEYL, Cutoff, from_wavelength, lattice_fraction, wavelength_in_edges
 from meshlab_specsmooth.spectral.design import design
 from meshlab_specsmooth.spectral.response import RESPONSES, band, from_gain, heat, ideal, response
 from tests.meshes import (
@@ -262,9 +262,9 @@ def test_random_vectors_come_in_whole_blocks_and_are_fewer_on_larger_meshes(n):
 def test_the_lattice_has_the_modes_of_a_large_regular_torus():
     known = torus_spectrum(400, 401)
     x = np.array([0.01, 0.1, 0.5, 1.0, 1.3, 1.45])
-    assert lattice_share(x) == pytest.approx(np.searchsorted(known, x) / len(known), rel=2e-3, abs=1e-4)
+    assert lattice_fraction(x) == pytest.approx(np.searchsorted(known, x) / len(known), rel=2e-3, abs=1e-4)
     # and Weyl's law below any eigenvalue that a mesh could have
-    assert lattice_share(np.array([1e-12])) == pytest.approx(1e-12 / WEYL, rel=1e-3)
+    assert lattice_fraction(np.array([1e-12])) == pytest.approx(1e-12 / WEYL, rel=1e-3)
 
 
 def test_counting_is_seeded():

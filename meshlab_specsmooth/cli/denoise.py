@@ -13,7 +13,7 @@ from meshlab_specsmooth.geometry.surface import Surface
 from meshlab_specsmooth.meshlab import descriptors, files, filters, meshset
 from meshlab_specsmooth.meshlab.measures import self_intersecting_faces
 from meshlab_specsmooth.meshlab.parameters import check_given
-from meshlab_specsmooth.runtime.progress import announce, part
+from meshlab_specsmooth.runtime.progress import announce, subrange
 
 _DESCRIPTOR = descriptors.load("apply_coord_spectral_denoising")
 
@@ -43,7 +43,7 @@ def run(arguments: argparse.Namespace) -> None:
         given = given_parameters(arguments, _DESCRIPTOR)
         check_given(_DESCRIPTOR, given, ms)
         with filters.quiet():
-            report = filters.apply_coord_spectral_denoising(ms, **given, progress=part(progress, 0.0, FILTERING))
+            report = filters.apply_coord_spectral_denoising(ms, **given, progress=subrange(progress, 0.0, FILTERING))
         announce(progress, "writing")
         write(ms, arguments)
         crossing, new = crossed(vertices, meshset.pull(ms)[0], faces)

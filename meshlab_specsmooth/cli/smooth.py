@@ -12,7 +12,7 @@ from meshlab_specsmooth.describe import count_of, format_length
 from meshlab_specsmooth.geometry.surface import Surface
 from meshlab_specsmooth.meshlab import descriptors, files, filters, meshset
 from meshlab_specsmooth.meshlab.parameters import check_given
-from meshlab_specsmooth.runtime.progress import announce, part
+from meshlab_specsmooth.runtime.progress import announce, subrange
 from meshlab_specsmooth.spectral.response import name_of
 
 _DESCRIPTOR = descriptors.load("apply_coord_spectral_smoothing")
@@ -41,7 +41,7 @@ def run(arguments: argparse.Namespace) -> None:
         given = given_parameters(arguments, _DESCRIPTOR)
         check_given(_DESCRIPTOR, given, ms)
         with filters.quiet():
-            report = filters.apply_coord_spectral_smoothing(ms, **given, progress=part(progress, 0.0, FILTERING))
+            report = filters.apply_coord_spectral_smoothing(ms, **given, progress=subrange(progress, 0.0, FILTERING))
         announce(progress, "writing")
         write(ms, arguments)
     print(

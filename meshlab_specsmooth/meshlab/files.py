@@ -23,7 +23,7 @@ from meshlab_specsmooth.errors import FileError
 from meshlab_specsmooth.meshlab import gltf, headers, textures
 from meshlab_specsmooth.meshlab.textures import Texture
 from meshlab_specsmooth.runtime import memory, temporary
-from meshlab_specsmooth.runtime.interrupts import Hold
+from meshlab_specsmooth.runtime.interrupts import DeferInterrupts
 
 # bytes that must be left where a mesh was written: a writer's last buffer
 _ROOM = 2**16
@@ -109,7 +109,7 @@ def _check_name(path: Path) -> None:
 def _load(path: Path) -> pymeshlab.MeshSet:
     """Read a file with no more memory than there is: a reader that grows without end ends, and not the machine."""
     ms = pymeshlab.MeshSet()
-    with Hold(), memory.limited(memory.available()):
+    with DeferInterrupts(), memory.limited(memory.available()):
         ms.load_new_mesh(str(path))
     return ms
 
@@ -340,7 +340,7 @@ class Staged:
 
         What is replaced keeps its permissions. Raises :class:`FileError`.
         """
-        with _as_file_error(self.target, "written"), Hold():
+        with _as_file_error(self.target, "written"), DeferInterrupts():
             for companion in self.new_companions():
                 place = self.target.parent / companion.relative_to(self.temporary.content)
                 place.parent.mkdir(parents=True, exist_ok=True)
@@ -414,8 +414,8 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
         See :func:`check_place`; or the operating system, or pymeshlab, refuses.
     """
     target = check_place(path)
-    with _as_file_error(target, "written"), Hold() as hold:
-        staged = Staged(temporary.make(target.parent), target)
+    with _as_file_error(target, "written"), DeferInterrupts() as hold:
+        staged = Staged(temporary.create(target.parent), target)
         waiting = _POSTPONED.get()
         is_kept = False
         try:

@@ -37,7 +37,7 @@ from meshlab_specsmooth.parameters import show
 from meshlab_specsmooth.power_spectrum import spectrum
 from meshlab_specsmooth.runtime.bars import begin
 from meshlab_specsmooth.runtime.memory import require
-from meshlab_specsmooth.runtime.progress import Progress, announce, part
+from meshlab_specsmooth.runtime.progress import Progress, announce, subrange
 from meshlab_specsmooth.smoothing.api import (
     BYTES_PER_VERTEX,
     Prepared,
@@ -382,7 +382,7 @@ def _moved_by_normals(
     vertices, faces = pull(ms)
     creases = _creases_of(ms, values.pop("creases"), values.pop("crease_angle"))
     given = _given(ms, values, "strength", "range_sigma", "iterations", "barycenter_weight")
-    result = function(vertices, faces, creases=creases, **given, progress=part(progress, 0.0, _WRITING))
+    result = function(vertices, faces, creases=creases, **given, progress=subrange(progress, 0.0, _WRITING))
     return _report(result), Change(vertices=in_one_pass(vertices, result.vertices))
 
 
@@ -417,8 +417,8 @@ def _smoothed(
     """What a method of :class:`Prepared` makes of the current mesh."""
     given = _given(ms, values, "modes", "wavelength", "longest", "shortest", "barycenter_weight")
     laplacian, weld = given.pop("laplacian"), given.pop("weld")
-    prepared = assemble(vertices, faces, laplacian, part(progress, 0.0, _ASSEMBLY), weld)
-    result = method(prepared, **given, progress=part(progress, _ASSEMBLY, _WRITING - _ASSEMBLY))
+    prepared = assemble(vertices, faces, laplacian, subrange(progress, 0.0, _ASSEMBLY), weld)
+    result = method(prepared, **given, progress=subrange(progress, _ASSEMBLY, _WRITING - _ASSEMBLY))
     is_given = method is Prepared.smooth and "barycenter_weight" in given
     return warn_of_change(prepared, result) if is_given else result
 

@@ -11,7 +11,7 @@ import pymeshlab
 
 from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.meshlab import files, meshset
-from meshlab_specsmooth.runtime.interrupts import Hold
+from meshlab_specsmooth.runtime.interrupts import DeferInterrupts
 
 
 def read(path: str | os.PathLike[str]) -> pymeshlab.MeshSet:
@@ -28,7 +28,7 @@ def duplicate(mesh: Any) -> pymeshlab.MeshSet:
     ms.add_mesh(current, current.label())
     transform = current.transform_matrix()  # which is not copied
     if not np.array_equal(transform, np.eye(4)):
-        with Hold(), meshset.keeping_script(ms):
+        with DeferInterrupts(), meshset.keeping_script(ms):
             ms.set_matrix(transformmatrix=transform, freeze=False)
     return ms
 

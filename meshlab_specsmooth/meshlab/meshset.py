@@ -21,7 +21,7 @@ from meshlab_specsmooth.errors import MeshSetError
 from meshlab_specsmooth.meshlab import records
 from meshlab_specsmooth.meshlab.records import Stand, Verbosity, kept
 from meshlab_specsmooth.runtime import blocks, temporary
-from meshlab_specsmooth.runtime.interrupts import Hold, all_or_nothing
+from meshlab_specsmooth.runtime.interrupts import DeferInterrupts, all_or_nothing
 
 # pymeshlab's own, whatever is registered later
 _NATIVE_LOAD, _NATIVE_SAVE = pymeshlab.MeshSet.load_filter_script, pymeshlab.MeshSet.save_filter_script
@@ -122,7 +122,7 @@ def in_one_pass(before: Floats, wanted: Floats) -> Floats:
             # once more, as t - v may round as well where t is the larger one
             t[rounded] = v[rounded] + (t[rounded] - v[rounded])
 
-    blocks.in_slices(reach, len(wanted))
+    blocks.parallel_rows(reach, len(wanted))
     return reached
 
 
@@ -302,7 +302,7 @@ def verbosity_of(ms: pymeshlab.MeshSet) -> Verbosity:
     """What the MeshSet prints; it must have a mesh. It cannot be asked, so it is tried, once and without a trace."""
     known = kept(ms)
     if known.verbosity is None:
-        with Hold(), keeping_script(ms):
+        with DeferInterrupts(), keeping_script(ms):
             known.verbosity = _tried_verbosity(ms)
     return known.verbosity
 
@@ -333,7 +333,7 @@ def _what_a_filter_tells(ms: pymeshlab.MeshSet) -> str:
 
 @contextlib.contextmanager
 def keeping_script(ms: pymeshlab.MeshSet) -> Iterator[None]:
-    """The filter script is afterward what it was before; interrupts must wait around it (:class:`Hold`).
+    """The filter script is afterward what it was before; interrupts must wait around it (:class:`DeferInterrupts`).
 
     pymeshlab records every filter and offers no way to drop the last one, so the script is saved, and loaded again
     afterward. Its files hold six digits of a number, and so does the script from then on: what was recorded with more
@@ -348,7 +348,7 @@ def keeping_script(ms: pymeshlab.MeshSet) -> Iterator[None]:
 
 def script_of(ms: pymeshlab.MeshSet) -> str:
     """The MeshSet's filter script, as pymeshlab writes it."""
-    with Hold():
+    with DeferInterrupts():
         put_script_right(ms)
         return _native_script(ms)
 
@@ -356,12 +356,12 @@ def script_of(ms: pymeshlab.MeshSet) -> str:
 def put_script_right(ms: pymeshlab.MeshSet) -> None:
     """Have pymeshlab's record of a MeshSet's filters hold ours, and not those that stand for them."""
     if kept(ms).stands:
-        with Hold():
+        with DeferInterrupts():
             set_script(ms, records.put_right(_native_script(ms), kept(ms).stands))
 
 
 def _native_script(ms: pymeshlab.MeshSet) -> str:
-    with Hold(), temporary.folder() as folder:
+    with DeferInterrupts(), temporary.folder() as folder:
         path = Path(folder) / "script.mlx"
         _NATIVE_SAVE(ms, str(path))
         return path.read_text(encoding="utf-8")
@@ -373,7 +373,7 @@ def set_script(ms: pymeshlab.MeshSet, text: str) -> None:
     if "<filter " not in text:
         ms.clear_filter_script()
         return
-    with Hold(), temporary.folder() as folder:
+    with DeferInterrupts(), temporary.folder() as folder:
         path = Path(folder) / "script.mlx"
         path.write_text(text, encoding="utf-8")
         with native_output():
@@ -398,7 +398,7 @@ _streams = threading.RLock()
 def native_output() -> Iterator[list[str]]:
     """Catch what C++ writes to standard output and error during one short call; afterward it is in the list.
 
-    Interrupts must wait around it (:class:`Hold`), or the process may be left without its standard output.
+    Interrupts must wait around it (:class:`DeferInterrupts`), or the process may be left without its standard output.
     """
     told: list[str] = []
     with _streams, tempfile.TemporaryFile() as file:

@@ -29,7 +29,7 @@ from meshlab_specsmooth.meshlab.descriptors import Descriptor, Parameter
 from meshlab_specsmooth.meshlab.meshset import keeping_script, script_of, set_script
 from meshlab_specsmooth.meshlab.xmltree import Element, parse
 from meshlab_specsmooth.runtime import temporary
-from meshlab_specsmooth.runtime.interrupts import Hold
+from meshlab_specsmooth.runtime.interrupts import DeferInterrupts
 
 # pymeshlab's own, whatever is registered later
 _NATIVE_APPLY, _NATIVE_LOAD = pymeshlab.MeshSet.apply_filter_script, pymeshlab.MeshSet.load_filter_script
@@ -134,12 +134,12 @@ def run(ms: pymeshlab.MeshSet, script: Script, filters: Filters) -> None:
     """Run a script, ours and MeshLab's, without recording it anew; nothing runs unless :func:`check` has passed."""
     check(script)
     ours = _ours()
-    with Hold() as hold, keeping_script(ms):
+    with DeferInterrupts() as hold, keeping_script(ms):
         for is_ours, group in itertools.groupby(script.steps, key=lambda step: step.name in ours):
             if is_ours:
                 for step in group:
                     descriptor = ours[step.name]
-                    with hold.through():
+                    with hold.allow():
                         filters[descriptor.function](ms, **_values(step, descriptor, script.source))
             else:
                 set_script(ms, _as_script(list(group)))
@@ -261,11 +261,11 @@ def _unknown(names: tuple[str, ...]) -> frozenset[str]:
     unknown: set[str] = set()
     left = list(names)
     while left:
-        with Hold() as hold, temporary.folder() as folder:
+        with DeferInterrupts() as hold, temporary.folder() as folder:
             for number, name in enumerate(left):
                 (Path(folder) / f"{number}.mlx").write_text(_as_script([Step(name, (), 0)]), encoding="utf-8")
             command, environment = processes.command(try_names, str(folder), str(len(left))), processes.environment()
-            with hold.through():
+            with hold.allow():
                 done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)  # noqa: S603
         answers = [line.split()[1] for line in done.stdout.splitlines() if line.startswith("ANSWER ")]
         unknown.update(name for name, answer in zip(left, answers, strict=False) if answer == "unknown")

@@ -17,9 +17,9 @@ import scipy.linalg
 from scipy.sparse.csgraph import connected_components
 
 from meshlab_specsmooth.arrays import Floats
-from meshlab_specsmooth.graph.kernels import COLUMNS
 from meshlab_specsmooth.graph.laplacian import Laplacian
-from meshlab_specsmooth.spectral.cutoff import Cutoff, lattice_share
+from meshlab_specsmooth.graph.protocols import COLUMNS
+from meshlab_specsmooth.spectral.cutoff import Cutoff, lattice_fraction
 
 SEED = 2010  # any number: fixed, so that two runs agree to the bit
 
@@ -243,13 +243,15 @@ def _count_by_moments(sample: _Sample, eigenvalues: Floats) -> tuple[Floats, Flo
     steps = _steps(eigenvalues, len(sample.moments))
     count, spread = sample.of(steps)
     # what the finite resolution blurs of the lattice's density; it is half as sure as it is large
-    blur = (sample.n - sample.zeros) * (lattice_share(eigenvalues) - sample.damped(steps, lattice_share(sample.cells)))
+    blur = (sample.n - sample.zeros) * (
+        lattice_fraction(eigenvalues) - sample.damped(steps, lattice_fraction(sample.cells))
+    )
     return sample.zeros + count + blur, (spread**2).sum(axis=1) + (blur / 2) ** 2
 
 
 def _law(eigenvalues: Floats) -> Floats:
     """(x, 4): the lattice's modes below each eigenvalue, with two slow departures from it, and a boundary's."""
-    share = lattice_share(eigenvalues)
+    share = lattice_fraction(eigenvalues)
     return np.stack([share, share * eigenvalues, share * eigenvalues**2, np.sqrt(np.minimum(eigenvalues, 1.0))], axis=1)
 
 
