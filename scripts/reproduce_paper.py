@@ -30,7 +30,7 @@ from meshlab_specsmooth.meshlab import files, meshset  # noqa: E402
 from meshlab_specsmooth.report.pictures import Panel, front, picture  # noqa: E402
 from meshlab_specsmooth.spectral import eigenbasis  # noqa: E402
 from meshlab_specsmooth.spectral.chebyshev import approximate  # noqa: E402
-from meshlab_specsmooth.spectral.density import measure  # noqa: E402
+from meshlab_specsmooth.spectral.density import estimate_density  # noqa: E402
 from meshlab_specsmooth.spectral.response import ideal  # noqa: E402
 
 KEPT = 200  # the paper's f_a
@@ -151,7 +151,7 @@ def figure_1(out: Path, coarse: Surface, noisy: np.ndarray) -> None:
 def figure_2(out: Path, coarse: Surface, kept: Sequence[int]) -> None:
     """The low-pass responses for several f_a, as asked for and as the polynomial has them."""
     prepared = mss.prepare(coarse.vertices, coarse.faces)
-    modes = measure(prepared.L)
+    modes = estimate_density(prepared.L)
     figure = Figure(figsize=(7, 4), dpi=120, layout="constrained")
     axes = figure.subplots()
     for k, color in zip(kept, ("C0", "C1", "C2", "C3"), strict=True):

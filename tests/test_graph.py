@@ -240,15 +240,15 @@ def test_a_badly_ordered_mesh_is_put_in_order_inside_and_the_result_put_back():
 
 def test_places_near_each_other_are_near_on_the_curve():
     V = np.random.default_rng(5).random((20_000, 3))
-    at = order.along_a_curve(V)
+    at = order.morton_order(V)
     assert np.array_equal(np.sort(at), np.arange(len(V)))
     along, anyhow = (np.linalg.norm(np.diff(W, axis=0), axis=1).mean() for W in (V[at], V))
     assert along < 0.1 * anyhow
     # eight corners of a cube, in the order of their bits
     corners = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], dtype=float)
     mixed = np.array([3, 1, 7, 0, 2, 6, 5, 4])
-    assert np.array_equal(mixed[order.along_a_curve(corners[mixed])], np.arange(8))
-    assert len(order.along_a_curve(np.zeros((4, 3)))) == 4
+    assert np.array_equal(mixed[order.morton_order(corners[mixed])], np.arange(8))
+    assert len(order.morton_order(np.zeros((4, 3)))) == 4
 
 
 def test_an_error_in_a_thread_is_not_lost():

@@ -64,7 +64,7 @@ def known():
     """A matrix, its eigenvalues, and the estimate of their density."""
     mesh = rough(sheet(40, 30))
     S = twin(mesh)
-    return S, np.linalg.eigvalsh(S.toarray()), density.measure(uniform(mesh))
+    return S, np.linalg.eigvalsh(S.toarray()), density.estimate_density(uniform(mesh))
 
 
 @pytest.mark.no_cover

@@ -170,7 +170,7 @@ def eigenvalues(name):
 
 @functools.cache
 def measured(name):
-    return density.measure(MANY_MODES[name]())
+    return density.estimate_density(MANY_MODES[name]())
 
 
 def miscount(name, share, found=None):
@@ -203,7 +203,7 @@ def test_the_stated_error_is_as_large_as_the_errors_are(monkeypatch):
     for seed in range(3):
         monkeypatch.setattr(density, "SEED", 100 + seed)
         for name in APART:
-            found = density.measure(MANY_MODES[name]())
+            found = density.estimate_density(MANY_MODES[name]())
             for share in SHARES:
                 error, cutoff = miscount(name, share, found)
                 ratios.append(error / (cutoff.error * cutoff.modes))
@@ -245,7 +245,7 @@ def test_the_stated_error_is_small_where_modes_are_many(name):
 def test_a_large_mesh_needs_few_random_vectors():
     # 134 thousand vertices, one block: the regular torus, whose eigenvalues are known
     nx, ny = 402, 333
-    known, found = torus_spectrum(nx, ny), density.measure(flat(nx, ny))
+    known, found = torus_spectrum(nx, ny), density.estimate_density(flat(nx, ny))
     assert found.probes == COLUMNS
     for modes in (300, 1000, 10_000, 60_000):
         cutoff = found.cutoff(modes)
@@ -274,7 +274,7 @@ def test_counting_is_seeded():
 
 def test_measuring_once_serves_any_number_of_modes():
     L = flat(40, 30)
-    found = density.measure(L)
+    found = density.estimate_density(L)
     for modes in (1, 50, 700, 1200):
         assert found.cutoff(modes) == density.cutoff_of_modes(L, modes)
 

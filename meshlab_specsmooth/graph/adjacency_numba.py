@@ -17,7 +17,7 @@ from meshlab_specsmooth.arrays import Integers
 from meshlab_specsmooth.graph.adjacency import Adjacency
 from meshlab_specsmooth.runtime import backend, blocks
 
-_compiled = functools.partial(numba.njit, nogil=True, cache=backend.IS_KEPT)
+_compiled = functools.partial(numba.njit, nogil=True, cache=backend.CAN_CACHE)
 
 
 def adjacency(F: Integers, n: int) -> Adjacency:

@@ -9,7 +9,7 @@ import numpy as np
 
 from meshlab_specsmooth.runtime import backend
 
-_compiled = functools.partial(numba.njit, nogil=True, cache=backend.IS_KEPT, fastmath={"reassoc", "contract"})
+_compiled = functools.partial(numba.njit, nogil=True, cache=backend.CAN_CACHE, fastmath={"reassoc", "contract"})
 
 
 @_compiled

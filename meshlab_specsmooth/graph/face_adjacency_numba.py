@@ -11,7 +11,7 @@ from meshlab_specsmooth.arrays import Integers
 from meshlab_specsmooth.graph.face_adjacency import MAX_FACES_OF_A_VERTEX, FaceGraph
 from meshlab_specsmooth.runtime import backend, blocks
 
-_compiled = functools.partial(numba.njit, nogil=True, cache=backend.IS_KEPT)
+_compiled = functools.partial(numba.njit, nogil=True, cache=backend.CAN_CACHE)
 
 
 def face_graph(corners: Integers, n: int) -> FaceGraph:

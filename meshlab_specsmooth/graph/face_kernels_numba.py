@@ -12,7 +12,7 @@ from meshlab_specsmooth.graph.face_adjacency import FaceGraph
 from meshlab_specsmooth.runtime import backend, blocks
 
 _inlined = functools.partial(numba.njit, inline="always")
-_fused = functools.partial(numba.njit, nogil=True, cache=backend.IS_KEPT, fastmath={"reassoc", "contract"})
+_fused = functools.partial(numba.njit, nogil=True, cache=backend.CAN_CACHE, fastmath={"reassoc", "contract"})
 
 
 class NumbaFaceKernels:

@@ -15,7 +15,7 @@ from meshlab_specsmooth.graph.adjacency import Graph
 from meshlab_specsmooth.runtime import backend, blocks
 
 # sums may be reordered and contracted to fused multiply-adds; NaN and infinity keep their meaning
-_compiled = functools.partial(numba.njit, nogil=True, cache=backend.IS_KEPT, fastmath={"reassoc", "contract"})
+_compiled = functools.partial(numba.njit, nogil=True, cache=backend.CAN_CACHE, fastmath={"reassoc", "contract"})
 _inlined = functools.partial(numba.njit, inline="always")  # a call for each vertex would double the time
 
 

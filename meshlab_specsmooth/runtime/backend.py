@@ -20,7 +20,7 @@ from meshlab_specsmooth.errors import Slow
 LARGE = 20_000
 
 #: Whether numba can cache compiled code on disk: it needs a source file or a frozen program; zip archives have neither.
-IS_KEPT = bool(getattr(sys, "frozen", False)) or os.path.exists((__spec__.origin if __spec__ else None) or "")  # noqa: PTH110
+CAN_CACHE = bool(getattr(sys, "frozen", False)) or os.path.exists((__spec__.origin if __spec__ else None) or "")  # noqa: PTH110
 
 _has_warned = threading.Event()
 

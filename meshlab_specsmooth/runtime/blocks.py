@@ -63,7 +63,7 @@ def parallel_rows(work: Callable[[slice], object], n: int) -> None:
 
 
 def map_threads(work: Callable[[Item], object], items: Iterable[Item]) -> None:
-    """Call ``work(item)`` for each item, in threads; raises what the first of them raised."""
+    """Call ``work(item)`` for each item, in threads; an exception in any of them is raised."""
     first, *others = items
     waiting = [_pool().submit(work, item) for item in others]
     work(first)

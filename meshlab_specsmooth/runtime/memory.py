@@ -29,14 +29,14 @@ def available() -> int:
     return min([_of_machine(), *_of_groups()])
 
 
-def require(needed: int, what: str) -> None:
+def require(needed: int, task: str) -> None:
     """Raise if work needs more memory than is available.
 
     Parameters
     ----------
     needed : int
         Bytes in addition to what the process has.
-    what : str
+    task : str
         The work, as the subject of the error message.
 
     Raises
@@ -54,7 +54,7 @@ def require(needed: int, what: str) -> None:
     free = available()
     if needed > free:
         raise TooLarge(
-            f"{what} needs {needed / 2**30:.1f} GiB of memory, and {free / 2**30:.1f} GiB are available; close other "
+            f"{task} needs {needed / 2**30:.1f} GiB of memory, and {free / 2**30:.1f} GiB are available; close other "
             "programs, take a machine (or a container's limit) with more, or decimate or split the mesh first"
         )
 

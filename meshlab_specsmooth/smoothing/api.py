@@ -1126,7 +1126,7 @@ def prepare(
     if prepared.L.size <= eigenbasis.DENSE_VERTICES:  # counted exactly
         return prepared
     with blocks.one_blas_thread():
-        return replace(prepared, modes=density.measure(prepared.L))
+        return replace(prepared, modes=density.estimate_density(prepared.L))
 
 
 def assemble(
@@ -1154,7 +1154,7 @@ def assemble(
     place: Integers | None = None
     if scattered:
         # several times as fast as by brackets, here and below
-        moving = moving.take(order.along_a_curve(V if len(moving) == len(V) else V.take(moving, axis=0)))
+        moving = moving.take(order.morton_order(V if len(moving) == len(V) else V.take(moving, axis=0)))
     if scattered or len(moving) < len(V):
         place = np.full(len(V), -1, dtype=np.int32)
         place[moving] = np.arange(len(moving), dtype=np.int32)

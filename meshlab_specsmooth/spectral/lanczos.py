@@ -21,8 +21,8 @@ BLOCK = 8
 _SOLVED_TOGETHER = 4
 
 # Fraction of the wanted eigenvalues below the shift, as aimed at and at least. On 37k vertices, 200 pairs in blocks of
-# 4 take 380 solves with a shift of a half or two thirds of the last eigenvalue, 420 with a third, 520 to 540 just below
-# 0.
+# 4 take 380 solves with a shift of a half or two thirds of the last eigenvalue, 420 with a third, 520 to 540
+# just below zero.
 _FRACTION_BELOW, _MIN_FRACTION_BELOW = 0.6, 0.3
 _MAX_SHIFTS = 4
 
@@ -41,8 +41,8 @@ _REORTHOGONALIZE_BELOW, _BREAKDOWN_TOL = 1e-6, 1e-11
 # Maximum number of vectors in the Lanczos basis: per wanted pair (200 pairs take 2.2), and in addition
 _VECTORS_PER_PAIR, _EXTRA_VECTORS = 2.5, 20 * BLOCK
 
-# Where many eigenvalues are equal they are counted up to this fraction of themselves below
-_MAX_SHIFT_PERTURBATION = 1e-5
+# The final count may be taken this fraction of the last eigenvalue below it, where many eigenvalues are equal
+_COUNT_PERTURBATION = 1e-5
 
 
 def basis_size(count: int) -> int:
@@ -81,7 +81,7 @@ def lowest_eigenpairs(S: csr_array, count: int, progress: Progress | None) -> tu
             # the multiplicity of the last need be known. Those below the shift have been counted there.
             last = np.sort(values)[count - 1] - _MAX_RESIDUAL
             if last > shifted.eigenvalue:
-                check = factorize(S, last, perturbation=-_MAX_SHIFT_PERTURBATION)
+                check = factorize(S, last, perturbation=-_COUNT_PERTURBATION)
                 # no more are needed than were asked for
                 high = min(count, check.below - int((values < check.eigenvalue).sum()))
     values, residual = _rayleigh(S, vectors)
