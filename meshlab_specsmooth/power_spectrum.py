@@ -138,7 +138,7 @@ def _measured(prepared: Prepared, bands: int, noise: Noise) -> Spectrum:
     X = (prepared.positions - prepared.positions.mean(axis=0)) / np.sqrt(L.degree.mean())
     Y = L @ X
     if n <= eigenbasis.DENSE_VERTICES:
-        basis = eigenbasis.complete(L.graph.symmetric_laplacian())
+        basis = eigenbasis.full(L.graph.symmetric_laplacian())
         eigenvalue, modes, method = np.clip(basis.eigenvalues, 0, 2), np.ones(n), "exact"
         powers = [((basis.vectors.T @ (np.sqrt(L.degree) * Z)) ** 2).sum(axis=1) for Z in (X, Y)]
     else:

@@ -31,7 +31,7 @@ from meshlab_specsmooth.report.pictures import Panel, front, picture  # noqa: E4
 from meshlab_specsmooth.runtime import atomic  # noqa: E402
 from meshlab_specsmooth.spectral import eigenbasis  # noqa: E402
 from meshlab_specsmooth.spectral.chebyshev import approximate  # noqa: E402
-from meshlab_specsmooth.spectral.density import measure  # noqa: E402
+from meshlab_specsmooth.spectral.density import estimate_density  # noqa: E402
 from meshlab_specsmooth.spectral.response import ideal  # noqa: E402
 
 KEPT = 200  # the paper's f_a
@@ -120,7 +120,7 @@ def coefficients(surface: Surface) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Eigenvalues, and the sizes of the spectral coefficients of Cartesian and of differential coordinates."""
     prepared = mss.prepare(surface.vertices, surface.faces)
     S, root = prepared.L.graph.symmetric_laplacian(), np.sqrt(prepared.L.degree)
-    basis = eigenbasis.complete(S)
+    basis = eigenbasis.full(S)
     X = prepared.positions
     sizes = [np.linalg.norm(basis.vectors.T @ (root * Y), axis=1) for Y in (X, prepared.L @ X)]
     return basis.eigenvalues, sizes[0], sizes[1]
@@ -152,7 +152,7 @@ def figure_1(out: Path, coarse: Surface, noisy: np.ndarray) -> None:
 def figure_2(out: Path, coarse: Surface, kept: Sequence[int]) -> None:
     """The low-pass responses for several f_a, as asked for and as the polynomial has them."""
     prepared = mss.prepare(coarse.vertices, coarse.faces)
-    modes = measure(prepared.L)
+    modes = estimate_density(prepared.L)
     figure = Figure(figsize=(7, 4), dpi=120, layout="constrained")
     axes = figure.subplots()
     for k, color in zip(kept, ("C0", "C1", "C2", "C3"), strict=True):

@@ -106,7 +106,7 @@ def test_each_mesh_becomes_what_smooth_makes_of_it(tmp_path):
 
 def test_what_numba_would_bring_is_said_by_the_process_that_has_a_standard_error(tmp_path, monkeypatch):
     monkeypatch.setattr(local, "outcomes", lambda *_: (outcome for outcome in ()))
-    monkeypatch.setattr(backend, "_said", threading.Event())
+    monkeypatch.setattr(backend, "_has_warned", threading.Event())
     monkeypatch.setattr(backend, "LARGE", 100)
     monkeypatch.setitem(sys.modules, "numba", None)
     with pytest.warns(mss.Slow, match="numba is not installed"):
@@ -394,7 +394,7 @@ def test_what_is_left_by_the_dead_is_removed_and_by_the_living_not(tmp_path):
         reader, writer = os.pipe()
         process = os.fork()
         if process == 0:
-            os.write(writer, str(temporary.make(tmp_path).root).encode())
+            os.write(writer, str(temporary.create(tmp_path).root).encode())
             if not ends:
                 time.sleep(60)
             os._exit(0)
@@ -409,12 +409,12 @@ def test_what_is_left_by_the_dead_is_removed_and_by_the_living_not(tmp_path):
         folder.mkdir()
     os.utime(old, (0, 0))
     strange.write_text("a file")
-    temporary.sweep(tmp_path)
+    temporary.remove_stale(tmp_path)
     assert not dead.exists()
     assert set(tmp_path.iterdir()) == {alive, begun, strange}  # whatever number its process has, and where
     os.kill(process, signal.SIGKILL)
     os.waitpid(process, 0)
-    temporary.sweep(tmp_path)
+    temporary.remove_stale(tmp_path)
     assert set(tmp_path.iterdir()) == {begun, strange}
 
 

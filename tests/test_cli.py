@@ -383,7 +383,7 @@ def test_the_process_of_a_command_has_its_exit_code_and_streams(scan, tmp_path):
 def test_that_something_is_slow_is_a_line_and_other_warnings_are_pythons(scan, tmp_path, monkeypatch, capsys):
     monkeypatch.setitem(sys.modules, "numba", None)
     monkeypatch.setattr(backend, "LARGE", 100)
-    monkeypatch.setattr(backend, "_said", threading.Event())
+    monkeypatch.setattr(backend, "_has_warned", threading.Event())
     assert main(["smooth", str(scan), str(tmp_path / "o.ply"), "--modes", "31"]) == 0
     line = (
         "numba is not installed (pip install numba threadpoolctl); without numba this takes two to five times as long"

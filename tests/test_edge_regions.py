@@ -15,7 +15,7 @@ from meshlab_specsmooth.edge_aware.filtering import low_pass
 from meshlab_specsmooth.edge_aware.regions import Region
 from meshlab_specsmooth.geometry.surface import boundary_vertices, face_vectors
 from meshlab_specsmooth.graph.creases import cut_along, cut_graph, find_creases
-from meshlab_specsmooth.graph.faces import neighbors
+from meshlab_specsmooth.graph.face_adjacency_scipy import face_graph
 from meshlab_specsmooth.meshlab import creases, filters, mesh_files, meshset
 from meshlab_specsmooth.meshlab.creases import selected_edges
 from meshlab_specsmooth.operators import patches
@@ -155,7 +155,7 @@ def test_faces_are_neighbors_where_no_crease_lies_between_them(share):
             (int(i), int(j)) for i, j in brute_force(F, n, creases)
         }
         if share == 0:
-            assert np.array_equal(graph.indices, neighbors(F, n).indices)
+            assert np.array_equal(graph.indices, face_graph(F, n).indices)
 
 
 def test_nothing_flows_across_creases():
@@ -169,8 +169,8 @@ def test_nothing_flows_across_creases():
     area = np.ones(len(F))
     N = []
     for X in (V, other):
-        guide = mesh.kernels.frames(mesh_of_edges.smooth_isotropically(mesh, X, 0.3))[1]
-        center, given, _ = mesh.kernels.frames(X)
+        guide = mesh.kernels.face_geometry(mesh_of_edges.smooth_isotropically(mesh, X, 0.3))[1]
+        center, given, _ = mesh.kernels.face_geometry(X)
         N.append((guide, low_pass(mesh.kernels, center, given, area, guide, 2.0, 0.35, parted=True)))
     for first, second, scale in zip(*N, (1e-3, 1e-5), strict=True):  # the least squares are solved to 1e-4
         far = np.abs(first - second).max(axis=1)

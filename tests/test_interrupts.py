@@ -12,7 +12,7 @@ import pytest
 
 import meshlab_specsmooth as mss
 from meshlab_specsmooth.meshlab import commit, filters, meshset, scripts, verbosity
-from meshlab_specsmooth.runtime.interrupts import Hold, all_or_nothing
+from meshlab_specsmooth.runtime.interrupts import DeferInterrupts, all_or_nothing
 from tests import state
 from tests.meshes import rough, torus
 
@@ -38,8 +38,8 @@ def test_an_interrupt_waits_for_the_outermost_hold():
     done = []
 
     def work():
-        with Hold():
-            with Hold() as inner:
+        with DeferInterrupts():
+            with DeferInterrupts() as inner:
                 ctrl_c()
                 inner.deliver()
                 done.append("inner")
@@ -52,7 +52,7 @@ def test_an_interrupt_waits_for_the_outermost_hold():
 
 def test_an_interrupt_is_delivered_where_it_is_asked_for_and_once():
     done = []
-    with Hold() as hold:
+    with DeferInterrupts() as hold:
         ctrl_c()
         ctrl_c()
         with pytest.raises(KeyboardInterrupt):
@@ -66,8 +66,8 @@ def test_what_is_let_through_comes_at_once_and_then_waits():
     done = []
 
     def let_through(hold):
-        with hold.through():
-            with Hold():  # as filters of a script have
+        with hold.allow():
+            with DeferInterrupts():  # as filters of a script have
                 done.append("held again")
             try:
                 ctrl_c()
@@ -76,7 +76,7 @@ def test_what_is_let_through_comes_at_once_and_then_waits():
                 ctrl_c()
                 done.append("cleaned up")
 
-    with Hold() as hold:
+    with DeferInterrupts() as hold:
         with pytest.raises(KeyboardInterrupt):
             let_through(hold)
         with pytest.raises(KeyboardInterrupt):
@@ -88,10 +88,10 @@ def test_a_handler_that_does_not_raise_stops_nothing():
     came = []
     before = signal.signal(signal.SIGINT, lambda number, frame: came.append(number))
     try:
-        with Hold() as hold:
+        with DeferInterrupts() as hold:
             ctrl_c()
             assert came == []
-            with hold.through():
+            with hold.allow():
                 assert came == [signal.SIGINT]
                 ctrl_c()
                 ctrl_c()
@@ -106,7 +106,7 @@ def test_threads_hold_nothing_and_ignored_interrupts_stay_ignored():
     seen = []
 
     def work():
-        with Hold() as hold, hold.through():
+        with DeferInterrupts() as hold, hold.allow():
             hold.deliver()
             seen.append(handler())
 

@@ -18,7 +18,7 @@ from meshlab_specsmooth.describe import Report, Sentence, describe_html, format_
 from meshlab_specsmooth.meshlab import filters, mesh_files, meshset
 from meshlab_specsmooth.report import thumbnails
 from meshlab_specsmooth.runtime import bars
-from meshlab_specsmooth.runtime.progress import announce, part, rising
+from meshlab_specsmooth.runtime.progress import announce, monotone, subrange
 from tests.meshes import box, noisy, together, torus
 
 ROUGH = noisy(torus(20, 12), 0.2)
@@ -355,7 +355,7 @@ def test_callbacks_get_fractions_and_may_ask_for_stages():
     assert list(dict.fromkeys(listener.stages)) == ["assembling", "measuring noise", "choosing", "smoothing"]
     assert listener.fractions == sorted(listener.fractions)
     assert listener.fractions[-1] == 1.0
-    announce(rising(part(listener, 0.0, 0.5)), "within")
+    announce(monotone(subrange(listener, 0.0, 0.5)), "within")
     assert listener.stages[-1] == "within"
     announce(None, "nobody")
     announce(listener.fractions.append, "a function")

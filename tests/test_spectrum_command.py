@@ -10,7 +10,7 @@ import pytest
 import meshlab_specsmooth as mss
 from meshlab_specsmooth.cli import main
 from meshlab_specsmooth.meshlab import mesh_files, meshset
-from meshlab_specsmooth.operators.reconstruction import transferred
+from meshlab_specsmooth.operators.reconstruction import transfer_function
 from tests.meshes import rough, torus, torus_graph
 
 
@@ -89,5 +89,5 @@ def test_the_whole_filter_is_what_the_three_steps_do_to_a_wave():
         wavelength *= 2.0 ** mss.prepare(V, F, weld=False).exponent
         result = mss.smooth(V, F, wavelength=wavelength, response="heat", barycenter_weight=weight, weld=False)
         gain = np.exp2(-values[k] / result.cutoff)
-        expected = transferred(np.array([values[k]]), np.array([gain]), weight)[0]
+        expected = transfer_function(np.array([values[k]]), np.array([gain]), weight)[0]
         assert result.vertices == pytest.approx(expected * V, abs=2e-3 * abs(V).max())

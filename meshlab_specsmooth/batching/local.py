@@ -21,7 +21,7 @@ from meshlab_specsmooth.batching.worker import serve
 from meshlab_specsmooth.isolation import processes
 from meshlab_specsmooth.parameters import MAX_WORKERS, check_count, check_number
 from meshlab_specsmooth.runtime import memory, temporary
-from meshlab_specsmooth.runtime.interrupts import Hold
+from meshlab_specsmooth.runtime.interrupts import DeferInterrupts
 
 # Bytes of memory for a byte of the file, at the peak: a binary PLY has 38 bytes a vertex, two faces included, of which
 # pymeshlab makes some 500 and smoothing 800 more. Compressed formats have a tenth of the bytes.
@@ -131,14 +131,14 @@ def _outcomes(jobs: Sequence[tuple[Job, int]], most: int, time_limit: float) -> 
                     del running[ended]
                     yield ended.result()
         finally:
-            with Hold():
+            with DeferInterrupts():
                 for worker in crew:
                     worker.tell_to_end()
                 for worker in crew:
                     worker.end()
                 # a process that had to be killed, or was interrupted twice, may have left something
                 for folder in {Path(job.output).parent for job, _ in jobs}:
-                    temporary.sweep(folder)
+                    temporary.remove_stale(folder)
 
 
 class Worker:

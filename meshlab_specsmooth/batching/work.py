@@ -147,7 +147,7 @@ def _run(job: Job, start: float) -> Outcome:
         earlier = read_record(job.output)
         if earlier is not None and earlier.outcome and earlier.asks_the_same(before) and earlier.is_of(job.output):
             return replace(Outcome(**earlier.outcome), input=job.source, output=job.output, status=SKIPPED)
-    temporary.sweep(Path(job.output).parent)
+    temporary.remove_stale(Path(job.output).parent)
     target = mesh_files.check_target(job.output)
     # meshes of a folder may all have such images: each needs names of its own
     ms = mesh_files.read(job.source, prefix=f"{Path(job.output).stem}-")

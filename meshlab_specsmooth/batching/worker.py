@@ -31,7 +31,7 @@ def serve(work: Callable[[Job], Outcome] = run) -> None:
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # whatever C++ has to say must not get in between
     signal.signal(signal.SIGTERM, _end)  # so that temporary folders are removed
-    temporary.sweep(tempfile.gettempdir())
+    temporary.remove_stale(tempfile.gettempdir())
     jobs: queue.SimpleQueue[dict[str, Any] | None] = queue.SimpleQueue()
     # without a buffer, as a copy of this process would wait for the lock of it as it ends
     stream = open(0, "rb", buffering=0, closefd=False)  # noqa: SIM115 (for as long as the process)
@@ -72,7 +72,7 @@ def _done(work: Callable[[Job], Outcome], job: Job, limit: int) -> Outcome:
         left = copies.take_over(copy)
         if code != 0:
             left.discard()
-            temporary.sweep(Path(job.output).parent, copy.process)
+            temporary.remove_stale(Path(job.output).parent, copy.process)
     if code != 0 or left.answer is None:
         end = f"crashed ({signal.Signals(-code).name})" if code < 0 else f"ended with exit code {code}"
         return failure(job, CRASHED, f"the process that read or smoothed it {end}")

@@ -121,7 +121,7 @@ def _run(arguments: Sequence[str] | None) -> int:
 def _run_in_a_copy(given: argparse.Namespace, file: str) -> int:
     """Run a command in a copy of this process; what it wrote gets to its place when the copy has ended well."""
     for place in _places(given):  # of what a process left that was killed
-        temporary.sweep(place)
+        temporary.remove_stale(place)
     handed_on = {signal.SIGINT, signal.SIGTERM, signal.SIGHUP}
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {*handed_on, signal.SIGCHLD})
     copy = copies.start()
@@ -148,7 +148,7 @@ def _run_in_a_copy(given: argparse.Namespace, file: str) -> int:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
     if code != DONE:
         for place in _places(given):  # what the copy was writing
-            temporary.sweep(place, copy.process)
+            temporary.remove_stale(place, copy.process)
     if code < 0:
         raise Crashed(f"{file}: the process that read, changed or wrote it crashed ({signal.Signals(-code).name})")
     return code

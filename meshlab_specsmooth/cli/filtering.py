@@ -12,7 +12,7 @@ from meshlab_specsmooth.describe import Report, format_length
 from meshlab_specsmooth.geometry.surface import Surface
 from meshlab_specsmooth.meshlab import filters, mesh_files, meshset
 from meshlab_specsmooth.meshlab.descriptors import Descriptor
-from meshlab_specsmooth.runtime.progress import Progress, announce, part
+from meshlab_specsmooth.runtime.progress import Progress, announce, subrange
 
 
 def read_input(arguments: argparse.Namespace) -> Any:
@@ -30,7 +30,7 @@ def apply_and_write(
     """Apply a filter with the options given to the mesh in place, write the output, and return the report."""
     given = given_parameters(arguments, descriptor)
     with filters.quiet():
-        report = filters.FILTERS[descriptor.function](ms, **given, progress=part(progress, 0.0, FILTERING))
+        report = filters.FILTERS[descriptor.function](ms, **given, progress=subrange(progress, 0.0, FILTERING))
     announce(progress, "writing")
     write(ms, arguments)
     return report

@@ -20,7 +20,7 @@ from meshlab_specsmooth.meshlab.parameters import PyMeshLabException, resolve
 from meshlab_specsmooth.power_spectrum import Spectrum, spectrum
 from meshlab_specsmooth.report.spectrum_plot import spectrum_plot
 from meshlab_specsmooth.runtime import atomic
-from meshlab_specsmooth.runtime.progress import part
+from meshlab_specsmooth.runtime.progress import subrange
 from meshlab_specsmooth.spectral.response import name_of, response
 
 _SPECTRUM = descriptors.load("get_spectrum")
@@ -67,7 +67,7 @@ def run(arguments: argparse.Namespace) -> None:
     with bar("measuring the spectrum") as progress:
         measured = spectrum(*meshset.get_arrays(ms), **given_parameters(arguments, _SPECTRUM))
         chosen = filters.apply_coord_spectral_smoothing(
-            ms, **given, progress=part(progress, _MEASURING, 1 - _MEASURING)
+            ms, **given, progress=subrange(progress, _MEASURING, 1 - _MEASURING)
         )
     edge = measured.noise.mean_edge
     atomic.write_text(out / "spectrum.json", as_json(measured, chosen))

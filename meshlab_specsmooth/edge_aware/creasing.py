@@ -20,9 +20,9 @@ def creases_by_angle(mesh: Mesh, angle: float, noise: Noise, level: float) -> In
     Noise tilts faces by more than the angle of many edges, and isotropic smoothing rounds the edges; so where there is
     noise, of a ``level`` in mean edges, it is the normals after an edge-aware low-pass that are compared.
     """
-    center, N, area = mesh.kernels.frames(mesh.V)
+    center, N, area = mesh.kernels.face_geometry(mesh.V)
     if noise.kind != NONE:
-        given, N = N, mesh.kernels.frames(smooth_isotropically(mesh, mesh.V, guide_weight(level)))[1]
+        given, N = N, mesh.kernels.face_geometry(smooth_isotropically(mesh, mesh.V, guide_weight(level)))[1]
         for _ in range(_TIMES):
             N = low_pass(mesh.kernels, center, given, area, N, _STRENGTH, _RANGE_WIDTH)
     return find_creases(mesh.F, N, len(mesh.V), angle)

@@ -50,7 +50,7 @@ from meshlab_specsmooth.noise.shape_change import Change, compare_shapes
 from meshlab_specsmooth.risk.choose_weight import drifting
 from meshlab_specsmooth.runtime import blocks
 from meshlab_specsmooth.runtime.memory import require
-from meshlab_specsmooth.runtime.progress import Progress, announce, part
+from meshlab_specsmooth.runtime.progress import Progress, announce, subrange
 from meshlab_specsmooth.smoothing.api import describe_unused, find_corners, with_sides
 
 # Where a call stands when the operators are made, and when the setting is chosen
@@ -142,7 +142,7 @@ def _denoise_parts(
         h, center = mean_side(mesh.V[at], faces), mesh.V[at].min(axis=0) / 2 + mesh.V[at].max(axis=0) / 2
         own = region.on(number, len(at))
         alone = built((mesh.V[at] - center) / h, faces, own.judged(len(at)), region.boundary)
-        share = part(progress, done / len(Y), len(at) / len(Y))
+        share = subrange(progress, done / len(Y), len(at) / len(Y))
         result = _denoise_mesh(alone, criterion, Fixed(), own, with_isotropic, share)
         done += len(at)
         Y[at] += (result.vertices - alone.V) * h
@@ -204,13 +204,15 @@ def _denoise_mesh(
         announce(progress, "choosing")
         estimate = estimate_on(sample, on, measured, _LEVEL_FACTORS[criterion])
         # the isotropic filter knows of no creases
-        rows = searched(estimate, fixed, with_isotropic and mesh.cut is None, part(progress, _BUILT, _CHOSEN - _BUILT))
+        rows = searched(
+            estimate, fixed, with_isotropic and mesh.cut is None, subrange(progress, _BUILT, _CHOSEN - _BUILT)
+        )
         if noise.kind == IMPULSE and is_automatic and mesh.cut is None:
             rows = [*rows, clip_impulses_first(estimate, criterion)]
         rows = ranked(rows, alike=criterion == "position")
     report(_CHOSEN)
     announce(progress, "smoothing")
-    Y, flips = _apply(mesh, rows[0].setting, criterion, level, part(progress, _CHOSEN, 1 - _CHOSEN))
+    Y, flips = _apply(mesh, rows[0].setting, criterion, level, subrange(progress, _CHOSEN, 1 - _CHOSEN))
     if field is not None:
         Y = X + field[:, None] * (Y - X)
     notes = []

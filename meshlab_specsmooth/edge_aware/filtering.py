@@ -9,7 +9,7 @@ import numpy as np
 from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.edge_aware.mesh import Mesh
 from meshlab_specsmooth.edge_aware.result import Setting
-from meshlab_specsmooth.graph.faces import FaceKernels
+from meshlab_specsmooth.graph.protocols import FaceKernels
 from meshlab_specsmooth.runtime.progress import Progress
 
 # Width of the weights in space, in mean distances of neighboring centroids: the ring of faces around one counts.
@@ -45,7 +45,7 @@ def low_pass(
     # a face of no area has no normal, but passes on those of its neighbors
     a = np.maximum(area / max(area.mean(), np.finfo(float).tiny), 1e-9)
     root = np.sqrt(a)
-    weight, degree = kernels.weigh(center, guide, root, near, alike)
+    weight, degree = kernels.bilateral_weights(center, guide, root, near, alike)
     diagonal = a + strength * degree
     tolerance, most = (_PARTED_TO, _MOST_ITERATIONS_PARTED) if parted else (_SOLVED_TO, _MOST_ITERATIONS)
     return unit(kernels.solve(weight, diagonal, strength, a[:, None] * N, guide, tolerance, most))
@@ -64,13 +64,13 @@ def iterate(
     V = given if start == "given" else smoothed
     if mesh.holds_rim:
         V = np.where(mesh.rim[:, None], smoothed, V)
-    guide = mesh.kernels.frames(smoothed)[1]
+    guide = mesh.kernels.face_geometry(smoothed)[1]
     while True:
-        center, N, area = mesh.kernels.frames(V)
+        center, N, area = mesh.kernels.face_geometry(V)
         N = low_pass(mesh.kernels, center, N, area, guide, strength, range_sigma, parted)
-        V = mesh.kernels.fit(V, N, mesh.pull, _SWEEPS)
+        V = mesh.kernels.update_vertices(V, N, mesh.pull, _SWEEPS)
         yield V
-        guide = mesh.kernels.frames(V)[1]
+        guide = mesh.kernels.face_geometry(V)[1]
 
 
 def filtered(mesh: Mesh, given: Floats, smoothed: Floats, setting: Setting, progress: Progress | None = None) -> Floats:

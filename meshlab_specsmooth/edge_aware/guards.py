@@ -35,7 +35,7 @@ def _around(mesh: Mesh, Y: Floats, vertices: npt.NDArray[np.integer]) -> Floats:
     graph = mesh.graph
     ones = np.ones(len(graph.vertex_faces))
     at = csr_array((ones, graph.vertex_faces, graph.vertex_indptr), shape=(graph.order, graph.size))
-    return np.asarray((at[vertices] @ mesh.kernels.frames(Y)[0]) * mesh.pull[vertices, None])
+    return np.asarray((at[vertices] @ mesh.kernels.face_geometry(Y)[0]) * mesh.pull[vertices, None])
 
 
 def with_volume(mesh: Mesh, Y: Floats, given: float, level: float) -> Floats:
@@ -44,7 +44,7 @@ def with_volume(mesh: Mesh, Y: Floats, given: float, level: float) -> Floats:
     Noise does not change a volume in the mean, so that of the given surface is the best known. Where that takes more
     than a noise level, the volume means nothing (faces turned this way and that), and ``Y`` stays.
     """
-    area = mesh.kernels.frames(Y)[2].sum() / 2
+    area = mesh.kernels.face_geometry(Y)[2].sum() / 2
     step = (given - volume_of(mesh, Y)) / area if area > 0 else 0.0
     return Y + step * normals(Y, mesh.F) if abs(step) <= level else Y
 
@@ -54,7 +54,7 @@ def _turned(mesh: Mesh, Y: Floats, smoothed: Floats) -> Booleans:
 
     Not those that look away from their neighbors on the smoothed surface as well: they came so.
     """
-    across, smooth = mesh.kernels.frames(Y)[1], mesh.kernels.frames(smoothed)[1]
+    across, smooth = mesh.kernels.face_geometry(Y)[1], mesh.kernels.face_geometry(smoothed)[1]
     away = np.asarray((across * smooth).sum(axis=1) < 0)
     opposed = _opposed(mesh, across) & ~_opposed(mesh, smooth)
     return np.asarray(away | opposed, dtype=np.bool_)

@@ -9,8 +9,10 @@ import numpy as np
 
 from meshlab_specsmooth.arrays import Booleans, Floats, Integers
 from meshlab_specsmooth.geometry.surface import Surface
+from meshlab_specsmooth.graph.backend import face_graph, face_kernels
 from meshlab_specsmooth.graph.creases import Cut, cut_along, cut_graph
-from meshlab_specsmooth.graph.faces import FaceGraph, FaceKernels, face_graph, face_kernels
+from meshlab_specsmooth.graph.face_adjacency import FaceGraph
+from meshlab_specsmooth.graph.protocols import FaceKernels
 from meshlab_specsmooth.noise.estimate import normals
 from meshlab_specsmooth.smoothing.api import Prepared, SmoothingResult, assemble
 
@@ -85,7 +87,7 @@ def mean_side(V: Floats, F: Integers) -> float:
 
 def volume_of(mesh: Mesh, V: Floats) -> float:
     """Signed, in cubed mean edges; means something of a closed surface."""
-    center, normal, area = mesh.kernels.frames(V - V.mean(axis=0))
+    center, normal, area = mesh.kernels.face_geometry(V - V.mean(axis=0))
     return float(np.einsum("ij,ij,i->", center, normal, area) / 6)
 
 

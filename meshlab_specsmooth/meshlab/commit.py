@@ -80,7 +80,7 @@ def reachable_by_morph(before: Floats, wanted: Floats) -> Floats:
             # once more, as t - v may round as well if t is the larger one
             t[rounded] = v[rounded] + (t[rounded] - v[rounded])
 
-    blocks.in_slices(reach, len(wanted))
+    blocks.parallel_rows(reach, len(wanted))
     return reached
 
 

@@ -10,7 +10,7 @@ import pymeshlab
 from meshlab_specsmooth.arrays import Integers
 from meshlab_specsmooth.errors import MeshSetError
 from meshlab_specsmooth.runtime import temporary
-from meshlab_specsmooth.runtime.interrupts import Hold
+from meshlab_specsmooth.runtime.interrupts import DeferInterrupts
 
 # Flags of a face: the edge from corner k to the next is selected
 _SELECTED = tuple(0x8000 << k for k in range(3))
@@ -57,7 +57,7 @@ def selected_edges(ms: pymeshlab.MeshSet) -> Integers:
     mesh = ms.current_mesh()
     vertices, faces = mesh.vertex_number(), mesh.face_number()
     label = mesh.label()
-    with Hold(), temporary.folder() as folder:
+    with DeferInterrupts(), temporary.folder() as folder:
         path = Path(folder) / "edges.ply"
         omitted = {f"save_{name}": False for name in _OF_VERTICES + _OF_FACES}
         ms.save_current_mesh(str(path), save_textures=False, binary=True, save_face_flag=True, **omitted)

@@ -12,7 +12,7 @@ from meshlab_specsmooth.meshlab import native_output, records
 from meshlab_specsmooth.meshlab.filter_script_text import remove_last, substitute_steps
 from meshlab_specsmooth.meshlab.records import Placeholder, state_of
 from meshlab_specsmooth.runtime import temporary
-from meshlab_specsmooth.runtime.interrupts import Hold
+from meshlab_specsmooth.runtime.interrupts import DeferInterrupts
 
 # pymeshlab's own methods, bound before they are wrapped here or replaced by register()
 _NATIVE_LOAD, _NATIVE_SAVE = pymeshlab.MeshSet.load_filter_script, pymeshlab.MeshSet.save_filter_script
@@ -20,7 +20,7 @@ _NATIVE_LOAD, _NATIVE_SAVE = pymeshlab.MeshSet.load_filter_script, pymeshlab.Mes
 
 def get_script(ms: pymeshlab.MeshSet) -> str:
     """Return the filter script of a MeshSet, as pymeshlab writes it."""
-    with Hold():
+    with DeferInterrupts():
         resolve_placeholders(ms)
         return _save(ms)
 
@@ -31,7 +31,7 @@ def set_script(ms: pymeshlab.MeshSet, text: str) -> None:
     if "<filter " not in text:
         ms.clear_filter_script()
         return
-    with Hold(), temporary.folder() as folder:
+    with DeferInterrupts(), temporary.folder() as folder:
         path = Path(folder) / "script.mlx"
         path.write_text(text, encoding="utf-8")
         with native_output.capture():
@@ -41,7 +41,7 @@ def set_script(ms: pymeshlab.MeshSet, text: str) -> None:
 
 @contextlib.contextmanager
 def preserve_script(ms: pymeshlab.MeshSet) -> Iterator[None]:
-    """Restore the filter script at the end; interrupts must be held around it (:class:`Hold`).
+    """Restore the filter script at the end; use it within :class:`DeferInterrupts`.
 
     pymeshlab records every filter and cannot remove the last record, so the script is saved and loaded again. Saved
     scripts hold numbers with six digits, and so does the restored script.
@@ -56,7 +56,7 @@ def preserve_script(ms: pymeshlab.MeshSet) -> Iterator[None]:
 def resolve_placeholders(ms: pymeshlab.MeshSet) -> None:
     """Replace the placeholder records in pymeshlab's script by the filters that they stand for."""
     if state_of(ms).placeholders:
-        with Hold():
+        with DeferInterrupts():
             set_script(ms, substitute_steps(_save(ms), state_of(ms).placeholders))
 
 
@@ -67,7 +67,7 @@ def discard_records(ms: pymeshlab.MeshSet, used: list[Placeholder], earlier: int
 
 
 def _save(ms: pymeshlab.MeshSet) -> str:
-    with Hold(), temporary.folder() as folder:
+    with DeferInterrupts(), temporary.folder() as folder:
         path = Path(folder) / "script.mlx"
         _NATIVE_SAVE(ms, str(path))
         return path.read_text(encoding="utf-8")

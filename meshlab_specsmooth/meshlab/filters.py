@@ -25,7 +25,7 @@ from meshlab_specsmooth.meshlab.mesh_filter import quiet as quiet
 from meshlab_specsmooth.meshlab.meshset import get_arrays
 from meshlab_specsmooth.power_spectrum import spectrum
 from meshlab_specsmooth.runtime.memory import require
-from meshlab_specsmooth.runtime.progress import Progress, part
+from meshlab_specsmooth.runtime.progress import Progress, subrange
 from meshlab_specsmooth.smoothing.api import BYTES_PER_VERTEX, Prepared, SmoothingResult, assemble, warn_of_change
 
 # Fraction of the time of a call after which the operators are assembled
@@ -245,7 +245,7 @@ def _smooth_normals(
     vertices, faces = get_arrays(ms)
     creases = creases_of(ms, values.pop("creases"), values.pop("crease_angle"))
     given = keyword_arguments(ms, values, "strength", "range_sigma", "iterations", "barycenter_weight")
-    result = function(vertices, faces, creases=creases, **given, progress=part(progress, 0.0, WRITING))
+    result = function(vertices, faces, creases=creases, **given, progress=subrange(progress, 0.0, WRITING))
     return _report(result), Change(vertices=reachable_by_morph(vertices, result.vertices))
 
 
@@ -268,8 +268,8 @@ def _apply(
     """Apply a method of :class:`Prepared` to the current mesh."""
     given = keyword_arguments(ms, values, "modes", "wavelength", "longest", "shortest", "barycenter_weight")
     laplacian, weld = given.pop("laplacian"), given.pop("weld")
-    prepared = assemble(vertices, faces, laplacian, part(progress, 0.0, _ASSEMBLY), weld)
-    result = method(prepared, **given, progress=part(progress, _ASSEMBLY, WRITING - _ASSEMBLY))
+    prepared = assemble(vertices, faces, laplacian, subrange(progress, 0.0, _ASSEMBLY), weld)
+    result = method(prepared, **given, progress=subrange(progress, _ASSEMBLY, WRITING - _ASSEMBLY))
     is_given = method is Prepared.smooth and "barycenter_weight" in given
     return warn_of_change(prepared, result) if is_given else result
 

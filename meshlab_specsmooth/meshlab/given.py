@@ -12,7 +12,7 @@ import pymeshlab
 from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.meshlab import mesh_files, meshset
 from meshlab_specsmooth.meshlab.filter_script import preserve_script
-from meshlab_specsmooth.runtime.interrupts import Hold
+from meshlab_specsmooth.runtime.interrupts import DeferInterrupts
 
 
 def read(path: str | os.PathLike[str]) -> pymeshlab.MeshSet:
@@ -29,7 +29,7 @@ def duplicate(mesh: Any) -> pymeshlab.MeshSet:
     ms.add_mesh(current, current.label())
     transform = current.transform_matrix()  # not copied by add_mesh
     if not np.array_equal(transform, np.eye(4)):
-        with Hold(), preserve_script(ms):
+        with DeferInterrupts(), preserve_script(ms):
             ms.set_matrix(transformmatrix=transform, freeze=False)
     return ms
 

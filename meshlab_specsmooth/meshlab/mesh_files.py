@@ -18,7 +18,7 @@ from meshlab_specsmooth.meshlab.texture_output import PLACEHOLDER_NAME, check_co
 from meshlab_specsmooth.meshlab.textures import Texture, textures_of
 from meshlab_specsmooth.runtime import memory, temporary
 from meshlab_specsmooth.runtime.atomic import atomic_write, check_place, file_errors
-from meshlab_specsmooth.runtime.interrupts import Hold
+from meshlab_specsmooth.runtime.interrupts import DeferInterrupts
 
 # Bytes that must be free after a mesh is written: more than the buffer of any writer
 _MIN_FREE = 2**16
@@ -84,7 +84,7 @@ def _check_name(path: Path) -> None:
 def _load(path: Path) -> pymeshlab.MeshSet:
     """Read a file with limited memory, as some readers allocate without end for malformed files."""
     ms = pymeshlab.MeshSet()
-    with Hold(), memory.limited(memory.available()):
+    with DeferInterrupts(), memory.limited(memory.available()):
         ms.load_new_mesh(str(path))
     return ms
 

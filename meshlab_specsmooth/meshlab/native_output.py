@@ -17,7 +17,7 @@ _streams = threading.RLock()
 def capture() -> Iterator[list[str]]:
     """Capture standard output and standard error during one short call; the text is appended to the list afterward.
 
-    Interrupts must be held around it (:class:`Hold`), or the process may be left without its standard output.
+    Use it within :class:`DeferInterrupts`, or an interrupt may leave the process without its standard output.
     """
     captured: list[str] = []
     with _streams, tempfile.TemporaryFile() as file:

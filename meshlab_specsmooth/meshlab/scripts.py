@@ -29,7 +29,7 @@ from meshlab_specsmooth.meshlab.descriptors import Descriptor, Parameter
 from meshlab_specsmooth.meshlab.filter_script import get_script, preserve_script, set_script
 from meshlab_specsmooth.meshlab.xmltree import Element, parse
 from meshlab_specsmooth.runtime import temporary
-from meshlab_specsmooth.runtime.interrupts import Hold
+from meshlab_specsmooth.runtime.interrupts import DeferInterrupts
 
 # pymeshlab's own methods, bound before register() replaces them
 _NATIVE_APPLY, _NATIVE_LOAD = pymeshlab.MeshSet.apply_filter_script, pymeshlab.MeshSet.load_filter_script
@@ -134,12 +134,12 @@ def run(ms: pymeshlab.MeshSet, script: Script, filters: Filters) -> None:
     """Check a script, then run its filters, ours and MeshLab's, without recording them again."""
     check(script)
     ours = _ours()
-    with Hold() as hold, preserve_script(ms):
+    with DeferInterrupts() as hold, preserve_script(ms):
         for is_ours, group in itertools.groupby(script.steps, key=lambda step: step.name in ours):
             if is_ours:
                 for step in group:
                     descriptor = ours[step.name]
-                    with hold.through():
+                    with hold.allow():
                         filters[descriptor.function](ms, **_parse_values(step, descriptor, script.source))
             else:
                 set_script(ms, _format_steps(list(group)))
@@ -261,14 +261,14 @@ def _find_unknown(names: tuple[str, ...]) -> frozenset[str]:
     unknown: set[str] = set()
     remaining = list(names)
     while remaining:
-        with Hold() as hold, temporary.folder() as folder:
+        with DeferInterrupts() as hold, temporary.folder() as folder:
             for number, name in enumerate(remaining):
                 (Path(folder) / f"{number}.mlx").write_text(_format_steps([Step(name, (), 0)]), encoding="utf-8")
             command, environment = (
                 processes.command(try_names, str(folder), str(len(remaining))),
                 processes.environment(),
             )
-            with hold.through():
+            with hold.allow():
                 done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)  # noqa: S603
         answers = [line.split()[1] for line in done.stdout.splitlines() if line.startswith("ANSWER ")]
         unknown.update(name for name, answer in zip(remaining, answers, strict=False) if answer == "unknown")

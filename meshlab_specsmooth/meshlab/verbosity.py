@@ -10,7 +10,7 @@ import pymeshlab
 from meshlab_specsmooth.meshlab import native_output
 from meshlab_specsmooth.meshlab.filter_script import preserve_script
 from meshlab_specsmooth.meshlab.records import Verbosity, state_of
-from meshlab_specsmooth.runtime.interrupts import Hold
+from meshlab_specsmooth.runtime.interrupts import DeferInterrupts
 
 # pymeshlab's own methods: the wrapped ones change the known verbosity
 _NATIVE_VERBOSITY = pymeshlab.MeshSet.set_verbosity
@@ -24,7 +24,7 @@ def verbosity_of(ms: pymeshlab.MeshSet) -> Verbosity:
     """
     state = state_of(ms)
     if state.verbosity is None:
-        with Hold(), preserve_script(ms):
+        with DeferInterrupts(), preserve_script(ms):
             state.verbosity = _probe(ms)
     return state.verbosity
 

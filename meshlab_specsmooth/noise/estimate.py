@@ -21,7 +21,7 @@ from scipy.special import ndtr
 from meshlab_specsmooth.arrays import Booleans, Floats, Integers
 from meshlab_specsmooth.describe import Described, Rows, format_bound, format_edges, format_length
 from meshlab_specsmooth.geometry.triangles import compute_aspects, compute_heights
-from meshlab_specsmooth.graph.build import of_mesh
+from meshlab_specsmooth.graph.build import mesh_graph
 from meshlab_specsmooth.graph.laplacian import Laplacian, laplacian
 from meshlab_specsmooth.operators.laplacians import Gram, gram_of_barycenters
 from meshlab_specsmooth.operators.patches import MIN_COUNTED
@@ -302,7 +302,7 @@ def sheet(positions: Floats, faces: Integers, counted: Booleans | None = None) -
 
     What is not ``counted`` has no say, where enough is left.
     """
-    mesh = of_mesh(faces, len(positions))
+    mesh = mesh_graph(faces, len(positions))
     L = laplacian(mesh.graph)
     ends = mesh.boundary()
     outer = np.zeros(len(positions), dtype=np.bool_)
@@ -324,7 +324,7 @@ def rebuilt(
     Without ``change`` no differential coordinates are kept, as with a very low cut-off. The displacement may be ``off``
     by such a share.
     """
-    return np.asarray(X + solve(L, gram, weight, -(L @ X) if change is None else change, off=off).displacement)
+    return np.asarray(X + solve(L, gram, weight, -(L @ X) if change is None else change, rtol=off).displacement)
 
 
 def normals(X: Floats, F: Integers) -> Floats:
@@ -541,7 +541,7 @@ def _walked(L: Laplacian, X: Floats, steps: int) -> Floats:
     """W^steps X."""
     for _ in range(steps):
         before = np.zeros_like(X)
-        L.step(X, X, before, factor=-0.5, share=0.5)
+        L.step(X, X, before, factor=-0.5, coefficient=0.5)
         X = before
     return X
 

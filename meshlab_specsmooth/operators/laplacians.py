@@ -9,7 +9,8 @@ import numpy as np
 from scipy.sparse import coo_array, csr_array
 
 from meshlab_specsmooth.arrays import Floats, Integers
-from meshlab_specsmooth.graph.build import MeshGraph, weighted
+from meshlab_specsmooth.graph.adjacency import MeshGraph
+from meshlab_specsmooth.graph.build import from_edges
 from meshlab_specsmooth.graph.laplacian import Laplacian, laplacian
 
 # An angle sharper than one degree weighs as one of one degree, and an edge whose two cotangents cancel or turn
@@ -39,7 +40,7 @@ def laplacian_of_kind(kind: str, mesh: MeshGraph, V: Floats, F: Integers) -> Lap
     if weigh is None:
         return laplacian(mesh.graph)
     ends = mesh.ends()
-    return laplacian(weighted(len(V), ends, weigh(V, F, ends)))
+    return laplacian(from_edges(len(V), ends, weigh(V, F, ends)))
 
 
 def _cotangent_weights(V: Floats, F: Integers, ends: Integers) -> Floats:
@@ -85,7 +86,7 @@ class Gram:
 def gram_of_barycenters(mesh: MeshGraph) -> Gram:
     """C^T C of the face barycenters: 1/9 for each face at a vertex, and for each at an edge."""
     n = mesh.graph.size
-    odd = coo_array(((mesh.odd_faces - 2) / 9, mesh.ends_of_odd()), shape=(n, n)).tocsr()
+    odd = coo_array(((mesh.irregular_face_count - 2) / 9, mesh.irregular_ends()), shape=(n, n)).tocsr()
     return Gram(mesh.corner_count[:, None] / 9, 2 / 9, odd)
 
 

@@ -37,9 +37,10 @@ from meshlab_specsmooth.noise.estimate import (
 )
 from meshlab_specsmooth.operators.laplacians import Gram
 from meshlab_specsmooth.operators.patches import draw_sample
-from meshlab_specsmooth.operators.reconstruction import passed_on
-from meshlab_specsmooth.runtime.progress import Progress, announce, part
+from meshlab_specsmooth.operators.reconstruction import error_gain
+from meshlab_specsmooth.runtime.progress import Progress, announce, subrange
 from meshlab_specsmooth.spectral.design import design
+from meshlab_specsmooth.spectral.response import family_of
 
 CRITERIA = ("position", "normals")
 
@@ -118,12 +119,11 @@ class LowPass:
             return lambda X: -(on.L @ X)
         filter_ = design(
             on.L,
-            self.shortest,
-            by="wavelength",
-            name=self.name,
+            family_of(self.name),
+            wavelength=self.shortest,
             method="chebyshev",
             tolerance=_TOLERANCE,
-            passed_on=lambda eigenvalues: passed_on(eigenvalues, weight),
+            error_gain=lambda eigenvalues: error_gain(eigenvalues, weight),
         ).filter
 
         def removed(X: Floats) -> Floats:
@@ -178,7 +178,7 @@ def choose(
     low_passes = [LowPass(name, shortest) for name in (responses[:1] if is_large else responses)]
     share = (1 - _MEASURING) / len(low_passes)
     choices = [
-        choose_on(on, measured, criterion, low_pass, is_large, part(progress, _MEASURING + i * share, share))
+        choose_on(on, measured, criterion, low_pass, is_large, subrange(progress, _MEASURING + i * share, share))
         for i, low_pass in enumerate(low_passes)
     ]
     return replace(min(choices, key=lambda choice: choice.risk), noise=noise)

@@ -13,7 +13,7 @@ from pathlib import Path, PurePosixPath
 
 from meshlab_specsmooth.errors import FileError
 from meshlab_specsmooth.runtime import temporary
-from meshlab_specsmooth.runtime.interrupts import Hold
+from meshlab_specsmooth.runtime.interrupts import DeferInterrupts
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Staged:
 
         Replaced files keep their permissions. Raises :class:`FileError`.
         """
-        with file_errors(self.target, "written"), Hold():
+        with file_errors(self.target, "written"), DeferInterrupts():
             for companion in self.new_companions():
                 place = self.target.parent / companion.relative_to(self.temporary.content)
                 place.parent.mkdir(parents=True, exist_ok=True)
@@ -105,8 +105,8 @@ def atomic_write(path: str | os.PathLike[str]) -> Iterator[Path]:
         See :func:`check_place`; or the operating system, or the writer of the format, refuses.
     """
     target = check_place(path)
-    with file_errors(target, "written"), Hold() as hold:
-        staged = Staged(temporary.make(target.parent), target)
+    with file_errors(target, "written"), DeferInterrupts() as hold:
+        staged = Staged(temporary.create(target.parent), target)
         waiting = _POSTPONED.get()
         is_kept = False
         try:

@@ -20,7 +20,7 @@ from meshlab_specsmooth.geometry import order
 from meshlab_specsmooth.geometry.surface import Surface
 from meshlab_specsmooth.geometry.triangles import describe_lost, find_lost_vertices
 from meshlab_specsmooth.geometry.welding import find_copies
-from meshlab_specsmooth.graph.build import of_mesh
+from meshlab_specsmooth.graph.build import mesh_graph
 from meshlab_specsmooth.graph.laplacian import Laplacian
 from meshlab_specsmooth.noise.estimate import (
     CORRELATED,
@@ -56,7 +56,7 @@ from meshlab_specsmooth.operators.laplacians import (
     gram_of_barycenters,
     laplacian_of_kind,
 )
-from meshlab_specsmooth.operators.reconstruction import Constraints, Solution, passed_on, solve
+from meshlab_specsmooth.operators.reconstruction import Constraints, Solution, error_gain, solve
 from meshlab_specsmooth.parameters import (
     GAIN_BOUNDS,
     MAX_ITERATIONS,
@@ -82,14 +82,15 @@ from meshlab_specsmooth.risk.choose_weight import (
 from meshlab_specsmooth.runtime import blocks
 from meshlab_specsmooth.runtime.bars import begin
 from meshlab_specsmooth.runtime.memory import require
-from meshlab_specsmooth.runtime.progress import Progress, announce, finish, part, rising
+from meshlab_specsmooth.runtime.progress import Progress, announce, finish, monotone, subrange
+from meshlab_specsmooth.runtime.workspace import Workspace
 from meshlab_specsmooth.sentences import describe_strays, describe_unmoved, moved_rows
 from meshlab_specsmooth.spectral import SpectralFilter, density, eigenbasis
-from meshlab_specsmooth.spectral.chebyshev import PassedOn
+from meshlab_specsmooth.spectral.chebyshev import ErrorGain
 from meshlab_specsmooth.spectral.cutoff import wavelength_in_edges
 from meshlab_specsmooth.spectral.density import Density
 from meshlab_specsmooth.spectral.design import Design, design, design_band, is_exact
-from meshlab_specsmooth.spectral.response import RESPONSES
+from meshlab_specsmooth.spectral.response import RESPONSES, family_of
 
 # The default cut-off: waves of 20 edges are shape on any mesh that resolves its shape at all, waves of a few edges are
 # where noise is.
@@ -153,9 +154,9 @@ SHORTEST_ENHANCED_IN_EDGES = 6.0
 # Waves shorter or longer than these are no different from them, and powers of them would overflow
 _DIFFERENT_IN_EDGES = (1e-30, 1e30)
 
-# From differential coordinates to what is to be added to them, with memory that is spare; the operator is the surface's
+# From differential coordinates to what is to be added to them, with work arrays; the operator is the surface's
 # or its boundary's
-Change = Callable[[Laplacian, SpectralFilter, Floats, Progress | None, list[Floats]], Floats]
+Change = Callable[[Laplacian, SpectralFilter, Floats, Progress | None, Workspace], Floats]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -320,9 +321,8 @@ class Prepared:
         Vertices that lie where another one does.
     doubts : tuple of str
         What is to be said of the surface with every result.
-    spare : deque of lists of (k, 3) float64
-        Memory of the last run, up to 144 bytes a vertex, which the next one writes over. A run takes all of it while
-        it lasts, so that runs in several threads at once share none.
+    workspace : Workspace
+        Work arrays of the last runs, up to 144 bytes a vertex, which the next one overwrites.
     source : Source or None
         The mesh that was given.
     """
@@ -341,7 +341,7 @@ class Prepared:
     modes: Density | None = None
     welded: int = 0
     doubts: tuple[str, ...] = ()
-    spare: blocks.Spare = field(default_factory=blocks.no_spare)
+    workspace: Workspace = field(default_factory=lambda: Workspace(_KEPT))
     source: Source | None = None
 
     def __repr__(self) -> str:
@@ -416,19 +416,18 @@ class Prepared:
             boundary,
             lambda L, scale: design(
                 L,
-                scale * longest,
-                by="wavelength",
-                name=response,
+                family_of(response),
+                wavelength=scale * longest,
                 method=method,
                 tolerance=DISPLACEMENT_TOLERANCE,
-                passed_on=_passed_on_by_a_curve(barycenter_weight),
+                error_gain=_error_gain_of_a_curve(barycenter_weight),
             ),
         )
 
         def removed(
-            L: Laplacian, filter_: SpectralFilter, delta: Floats, report: Progress | None, spare: list[Floats]
+            L: Laplacian, filter_: SpectralFilter, delta: Floats, report: Progress | None, workspace: Workspace
         ) -> Floats:
-            change = filter_.apply(L, delta, report, spare)
+            change = filter_.apply(L, delta, report, workspace)
             change -= delta
             return change
 
@@ -470,27 +469,27 @@ class Prepared:
             check_choice("response", response, RESPONSES)
             return self._nowhere(None, None, response, barycenter_weight, start)
 
-        def band_pass(L: Laplacian, scale: float, seen: PassedOn) -> Design:
+        def band_pass(L: Laplacian, scale: float, seen: ErrorGain) -> Design:
             return design_band(
                 L,
+                family_of(response),
                 scale * longest_,
                 scale * shortest_,
-                name=response,
                 method=method,
                 tolerance=DISPLACEMENT_TOLERANCE,
-                passed_on=seen,
+                error_gain=seen,
             )
 
         def added(
-            L: Laplacian, filter_: SpectralFilter, delta: Floats, report: Progress | None, spare: list[Floats]
+            L: Laplacian, filter_: SpectralFilter, delta: Floats, report: Progress | None, workspace: Workspace
         ) -> Floats:
-            change = filter_.apply(L, delta, report, spare)
+            change = filter_.apply(L, delta, report, workspace)
             change *= gain - 1
             return change
 
-        across = band_pass(self.L, 1.0, _passed_on(barycenter_weight))
+        across = band_pass(self.L, 1.0, _error_gain(barycenter_weight))
         along = self._along_rim(
-            boundary, lambda L, scale: band_pass(L, scale, _passed_on_by_a_curve(barycenter_weight))
+            boundary, lambda L, scale: band_pass(L, scale, _error_gain_of_a_curve(barycenter_weight))
         )
         result = self._run(added, across, along, region, barycenter_weight, 1, start, progress)
         note = NO_FEATURES if features is not None and not np.any(features) else None
@@ -548,7 +547,7 @@ class Prepared:
             chosen = base._choose(automatic, mask, progress)
         if progress is not None:
             progress(_CHOICE)
-        progress, noise = part(progress, _CHOICE, 1 - _CHOICE), chosen.choice.noise
+        progress, noise = subrange(progress, _CHOICE, 1 - _CHOICE), chosen.choice.noise
         if noise.kind == UNCLEAR:  # then strays are not distinguishable from shape either
             base, outliers = self, outliers[:0]
         if noise.is_left_alone:
@@ -618,7 +617,7 @@ class Prepared:
                 None if masks is None else masks[at],
                 None if marked is None else marked[at],
                 None,
-                part(progress, done / len(vertices), len(at) / len(vertices)),
+                subrange(progress, done / len(vertices), len(at) / len(vertices)),
                 time.perf_counter(),
                 is_part=True,
             )
@@ -681,7 +680,7 @@ class Prepared:
             automatic.responses,
             shortest,
             counted,
-            part(progress, 0.0, _CHOICE),
+            subrange(progress, 0.0, _CHOICE),
         )
         start = self.positions
         if choice.noise.kind == IMPULSE:
@@ -715,7 +714,7 @@ class Prepared:
                 mask=mask,
                 features=features,
                 start=start,
-                progress=rising(progress),
+                progress=monotone(progress),
             )
             return self._from_start(result, chosen)
 
@@ -853,35 +852,47 @@ class Prepared:
         guess: Floats | None = None,
     ) -> SmoothingResult:
         """The three steps, on the boundary curve first if it is smoothed by itself."""
-        spare, displacement = blocks.take_spare(self.spare), np.zeros((1, 1))
+        workspace, displacement = self.workspace, np.zeros((1, 1))
         solutions = []
         announce(progress, "smoothing")
         # an iteration of the least squares takes as long as three sweeps, and they are some seven over the weight
         sweeping = across.filter.degree / (across.filter.degree + 3 * (7 / min(weight, 1.0) + 2))
         for number in range(iterations):
-            step_2 = part(progress, number / iterations, sweeping / iterations)
-            step_3 = part(progress, (number + sweeping) / iterations, (1 - sweeping) / iterations)
+            step_2 = subrange(progress, number / iterations, sweeping / iterations)
+            step_3 = subrange(progress, (number + sweeping) / iterations, (1 - sweeping) / iterations)
             V = self.positions + displacement if number else self.positions
-            delta = self.L.product(V, blocks.taken(spare, V))
+            delta = self.L.product(V, workspace.borrow(V))
             if region.is_constrained:
                 delta *= region.rows
-            change = change_of(self.L, across.filter, delta, step_2, spare)
+            change = change_of(self.L, across.filter, delta, step_2, workspace)
             if region.is_partial:
                 change *= region.field
             prescribed = np.zeros_like(V) if region.is_constrained else None
             if prescribed is not None and along is not None and self.rim is not None:
                 at, curve = self.rim.vertices, self.rim.L
-                change_along = region.field[at] * change_of(curve, along.filter, curve @ V[at], None, [])
+                change_along = region.field[at] * change_of(curve, along.filter, curve @ V[at], None, Workspace())
                 free = region.mask[at] * self._is_long(self.rim, across)
                 held = Constraints(free, np.ones((len(at), 1)), np.zeros_like(change_along))
                 prescribed[at] = solve(curve, self.rim.gram, weight, change_along, None, held).displacement
             constraints = None if prescribed is None else Constraints(region.free, region.rows, prescribed)
-            spare += [delta, change]
+            workspace.give_back(delta)
             nearby = None if number else guess
-            solutions.append(solve(self.L, self.gram, weight, change, step_3, constraints, spare, nearby))
+            solutions.append(
+                solve(
+                    self.L,
+                    self.gram,
+                    weight,
+                    change,
+                    step_3,
+                    constraints,
+                    nearby,
+                    workspace=workspace,
+                    overwrite_change=True,
+                )
+            )
             displacement = displacement + solutions[-1].displacement if number else solutions[-1].displacement
         result = self._result(displacement, across, float(weight), solutions, start)
-        self.spare.append([displacement, *spare][:_KEPT])
+        workspace.give_back(displacement)
         if progress is not None:
             progress(1.0)
         return result
@@ -896,32 +907,30 @@ class Prepared:
         weight: float | None,
         progress: Progress | None,
     ) -> Design:
-        size: float
-        if modes is not None:
-            if wavelength is not None:
-                raise InvalidParameter("modes and wavelength both set the cut-off; give one of them")
-            most = len(self.moving)
-            by, size = "modes", check_count("modes", modes, 1, most, f"1 or more; this mesh has {most}")
+        if modes is None:
+            wavelength = self._in_edges("wavelength", wavelength, DEFAULT_WAVELENGTH_IN_EDGES)
+        elif wavelength is not None:
+            raise InvalidParameter("modes and wavelength both set the cut-off; give one of them")
         else:
-            by, size = "wavelength", self._in_edges("wavelength", wavelength, DEFAULT_WAVELENGTH_IN_EDGES)
-        seen = None if weight is None else _passed_on(weight)
+            most = len(self.moving)
+            modes = check_count("modes", modes, 1, most, f"1 or more; this mesh has {most}")
         return design(
             self.L,
-            size,
-            by=by,
-            name=response,
+            family_of(response),
+            modes=modes,
+            wavelength=wavelength,
             method=method,
             mode_count=mode_count,
             tolerance=POSITION_TOLERANCE if weight is None else DISPLACEMENT_TOLERANCE,
-            passed_on=seen,
-            modes=self.modes,
+            error_gain=None if weight is None else _error_gain(weight),
+            mode_density=self.modes,
             progress=progress,
         )
 
     def _shares(self, method: str, progress: Progress | None) -> tuple[Progress | None, Progress | None]:
         """Callbacks for the design and for the rest: eigenvectors take nearly all of the time, a polynomial none."""
         designing = 0.9 if is_exact(method, self.L.size) else 0.0
-        return part(progress, 0.0, designing), part(progress, designing, 1 - designing)
+        return subrange(progress, 0.0, designing), subrange(progress, designing, 1 - designing)
 
     def _in_edges(self, name: str, length: float | None, default: float) -> float:
         """A wavelength in mean edge lengths."""
@@ -1003,7 +1012,7 @@ class Prepared:
             step = _scaled(step, self.exponent)
             np.add(vertices[at], step, out=vertices[at], where=step != 0)
 
-        blocks.in_slices(move, len(vertices))
+        blocks.parallel_rows(move, len(vertices))
         return vertices, rms
 
     def _guess_of(self, start: SmoothingResult) -> Floats:
@@ -1117,7 +1126,7 @@ def prepare(
     if prepared.L.size <= eigenbasis.DENSE_VERTICES:  # counted exactly
         return prepared
     with blocks.one_blas_thread():
-        return replace(prepared, modes=density.measure(prepared.L))
+        return replace(prepared, modes=density.estimate_density(prepared.L))
 
 
 def assemble(
@@ -1145,7 +1154,7 @@ def assemble(
     place: Integers | None = None
     if scattered:
         # several times as fast as by brackets, here and below
-        moving = moving.take(order.along_a_curve(V if len(moving) == len(V) else V.take(moving, axis=0)))
+        moving = moving.take(order.morton_order(V if len(moving) == len(V) else V.take(moving, axis=0)))
     if scattered or len(moving) < len(V):
         place = np.full(len(V), -1, dtype=np.int32)
         place[moving] = np.arange(len(moving), dtype=np.int32)
@@ -1156,7 +1165,7 @@ def assemble(
         place[used] = place[copies[used]]
         welded = int((copies[used] != np.flatnonzero(used)).sum())
     report(0.4)
-    mesh = of_mesh(F, len(moving))
+    mesh = mesh_graph(F, len(moving))
     report(0.8)
     positions, exponent = _normalized(V if place is None else V.take(moving, axis=0))
     L = laplacian_of_kind(laplacian, mesh, positions, F)
@@ -1209,7 +1218,7 @@ def find_corners(F: Integers, n: int) -> Booleans:
     def mark(at: slice) -> None:
         found[F[at]] = True
 
-    blocks.in_slices(mark, len(F))
+    blocks.parallel_rows(mark, len(F))
     return found
 
 
@@ -1323,7 +1332,7 @@ def smooth(
     start = time.perf_counter()
     progress = begin(progress, "assembling")
     source = recognize(mesh, faces)
-    prepared = assemble(source.vertices, source.faces, laplacian, part(progress, 0.0, _ASSEMBLY), weld)
+    prepared = assemble(source.vertices, source.faces, laplacian, subrange(progress, 0.0, _ASSEMBLY), weld)
     result = prepared.smooth(
         modes=modes,
         wavelength=wavelength,
@@ -1337,7 +1346,7 @@ def smooth(
         mask=mask,
         features=features,
         feature_gain=feature_gain,
-        progress=part(progress, _ASSEMBLY, 1 - _ASSEMBLY),
+        progress=subrange(progress, _ASSEMBLY, 1 - _ASSEMBLY),
     )
     if barycenter_weight is not None:
         result = warn_of_change(prepared, result)
@@ -1389,7 +1398,7 @@ def low_pass(
     """
     start = time.perf_counter()
     progress = begin(progress, "assembling")
-    source, report = recognize(mesh, faces), part(progress, 0.0, _ASSEMBLY)
+    source, report = recognize(mesh, faces), subrange(progress, 0.0, _ASSEMBLY)
     result = assemble(source.vertices, source.faces, laplacian, report, weld).low_pass(
         modes=modes,
         wavelength=wavelength,
@@ -1397,7 +1406,7 @@ def low_pass(
         method=method,
         mode_count=mode_count,
         mask=mask,
-        progress=part(progress, _ASSEMBLY, 1 - _ASSEMBLY),
+        progress=subrange(progress, _ASSEMBLY, 1 - _ASSEMBLY),
     )
     finish(progress)
     return replace(result, source=source.kept(), seconds=time.perf_counter() - start)
@@ -1447,7 +1456,7 @@ def enhance(
     """
     start = time.perf_counter()
     progress = begin(progress, "assembling")
-    source, report = recognize(mesh, faces), part(progress, 0.0, _ASSEMBLY)
+    source, report = recognize(mesh, faces), subrange(progress, 0.0, _ASSEMBLY)
     result = assemble(source.vertices, source.faces, laplacian, report, weld).enhance(
         longest=longest,
         shortest=shortest,
@@ -1458,20 +1467,20 @@ def enhance(
         boundary=boundary,
         mask=mask,
         features=features,
-        progress=part(progress, _ASSEMBLY, 1 - _ASSEMBLY),
+        progress=subrange(progress, _ASSEMBLY, 1 - _ASSEMBLY),
     )
     finish(progress)
     return replace(result, source=source.kept(), seconds=time.perf_counter() - start)
 
 
-def _passed_on(weight: float) -> PassedOn:
+def _error_gain(weight: float) -> ErrorGain:
     """The share of an error in delta' that the reconstruction of a surface passes on."""
-    return lambda eigenvalues: passed_on(eigenvalues, weight)
+    return lambda eigenvalues: error_gain(eigenvalues, weight)
 
 
-def _passed_on_by_a_curve(weight: float) -> PassedOn:
+def _error_gain_of_a_curve(weight: float) -> ErrorGain:
     """The same along a curve, whose midpoints hold long waves half as firmly as barycenters do."""
-    return _passed_on(weight / np.sqrt(2))
+    return _error_gain(weight / np.sqrt(2))
 
 
 def _with_warning(result: SmoothingResult, *warnings: str | None) -> SmoothingResult:
@@ -1504,7 +1513,7 @@ def _normalized(V: Floats) -> tuple[Floats, int]:
     """``V`` centered and divided by 2^exponent, so that it lies in [-1, 1]; a power of two rounds nothing."""
     if len(V) == 0:
         return V, 0
-    low, high = (blocks.reduced(of, V) for of in (np.minimum, np.maximum))
+    low, high = (blocks.reduce_rows(of, V) for of in (np.minimum, np.maximum))
     center = low / 2 + high / 2
     exponent = int(np.frexp((high - center).max())[1])
     centered = np.empty_like(V)
@@ -1513,7 +1522,7 @@ def _normalized(V: Floats) -> tuple[Floats, int]:
         np.subtract(V[at], center, out=centered[at])
         centered[at] = _scaled(centered[at], -exponent)
 
-    blocks.in_slices(center_rows, len(V))
+    blocks.parallel_rows(center_rows, len(V))
     return centered, exponent
 
 
