@@ -12,7 +12,7 @@ import pymeshlab
 from scipy.sparse import csr_array
 
 from meshlab_specsmooth.geometry.surface import Surface, mean_edge_length, vertex_normals
-from meshlab_specsmooth.graph.build import of_mesh
+from meshlab_specsmooth.graph.build import mesh_graph
 from meshlab_specsmooth.graph.laplacian import Laplacian, laplacian
 from meshlab_specsmooth.operators.assemble import assemble
 
@@ -175,7 +175,7 @@ def flaws(mesh: Mesh) -> dict[str, Mesh]:
 def uniform(mesh: Mesh) -> Laplacian:
     """The uniform Laplacian of a mesh; every vertex must have an edge."""
     V, F = mesh
-    return laplacian(of_mesh(F.astype(np.int32), len(V)).graph)
+    return laplacian(mesh_graph(F.astype(np.int32), len(V)).graph)
 
 
 def twin(mesh: Mesh) -> csr_array:

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth.graph.kernels import COLUMNS
+from meshlab_specsmooth.graph.protocols import COLUMNS
 from meshlab_specsmooth.operators.reconstruction import error_gain
 from meshlab_specsmooth.spectral import chebyshev, density, eigenbasis
-from meshlab_specsmooth.spectral.cutoff import WEYL, Cutoff, from_wavelength, lattice_share, wavelength_in_edges
+from meshlab_specsmooth.spectral.cutoff import WEYL, Cutoff, from_wavelength, lattice_fraction, wavelength_in_edges
 from meshlab_specsmooth.spectral.design import design
 from meshlab_specsmooth.spectral.response import RESPONSES, band, from_gain, heat, ideal, response
 from tests.meshes import (
@@ -170,7 +170,7 @@ def eigenvalues(name):
 
 @functools.cache
 def measured(name):
-    return density.measure(MANY_MODES[name]())
+    return density.estimate_density(MANY_MODES[name]())
 
 
 def miscount(name, share, found=None):
@@ -203,7 +203,7 @@ def test_the_stated_error_is_as_large_as_the_errors_are(monkeypatch):
     for seed in range(3):
         monkeypatch.setattr(density, "SEED", 100 + seed)
         for name in APART:
-            found = density.measure(MANY_MODES[name]())
+            found = density.estimate_density(MANY_MODES[name]())
             for share in SHARES:
                 error, cutoff = miscount(name, share, found)
                 ratios.append(error / (cutoff.error * cutoff.modes))
@@ -245,7 +245,7 @@ def test_the_stated_error_is_small_where_modes_are_many(name):
 def test_a_large_mesh_needs_few_random_vectors():
     # 134 thousand vertices, one block: the regular torus, whose eigenvalues are known
     nx, ny = 402, 333
-    known, found = torus_spectrum(nx, ny), density.measure(flat(nx, ny))
+    known, found = torus_spectrum(nx, ny), density.estimate_density(flat(nx, ny))
     assert found.probes == COLUMNS
     for modes in (300, 1000, 10_000, 60_000):
         cutoff = found.cutoff(modes)
@@ -262,9 +262,9 @@ def test_random_vectors_come_in_whole_blocks_and_are_fewer_on_larger_meshes(n):
 def test_the_lattice_has_the_modes_of_a_large_regular_torus():
     known = torus_spectrum(400, 401)
     x = np.array([0.01, 0.1, 0.5, 1.0, 1.3, 1.45])
-    assert lattice_share(x) == pytest.approx(np.searchsorted(known, x) / len(known), rel=2e-3, abs=1e-4)
+    assert lattice_fraction(x) == pytest.approx(np.searchsorted(known, x) / len(known), rel=2e-3, abs=1e-4)
     # and Weyl's law below any eigenvalue that a mesh could have
-    assert lattice_share(np.array([1e-12])) == pytest.approx(1e-12 / WEYL, rel=1e-3)
+    assert lattice_fraction(np.array([1e-12])) == pytest.approx(1e-12 / WEYL, rel=1e-3)
 
 
 def test_counting_is_seeded():
@@ -274,7 +274,7 @@ def test_counting_is_seeded():
 
 def test_measuring_once_serves_any_number_of_modes():
     L = flat(40, 30)
-    found = density.measure(L)
+    found = density.estimate_density(L)
     for modes in (1, 50, 700, 1200):
         assert found.cutoff(modes) == density.cutoff_of_modes(L, modes)
 

@@ -20,9 +20,9 @@ def find_creases_by_angle(mesh: FaceOperators, angle: float, noise: Noise, level
     Noise tilts faces by more than the angle of many edges, and isotropic smoothing rounds the edges. So under noise, of
     a ``level`` in mean edges, the normals are compared after an edge-aware low-pass.
     """
-    center, N, area = mesh.kernels.frames(mesh.V)
+    center, N, area = mesh.kernels.face_geometry(mesh.V)
     if noise.kind != NONE:
-        given, N = N, mesh.kernels.frames(smooth_isotropically(mesh, mesh.V, guide_weight(level)))[1]
+        given, N = N, mesh.kernels.face_geometry(smooth_isotropically(mesh, mesh.V, guide_weight(level)))[1]
         for _ in range(_ITERATIONS):
             N = low_pass_normals(mesh.kernels, center, given, area, N, _STRENGTH, _RANGE_SIGMA)
     return find_creases(mesh.F, N, len(mesh.V), angle)

@@ -56,7 +56,7 @@ from meshlab_specsmooth.risk.choose_weight import LEVEL_FACTORS
 from meshlab_specsmooth.runtime import blocks
 from meshlab_specsmooth.runtime.bars import begin
 from meshlab_specsmooth.runtime.memory import require
-from meshlab_specsmooth.runtime.progress import Progress, announce, finish, part
+from meshlab_specsmooth.runtime.progress import Progress, announce, finish, subrange
 from meshlab_specsmooth.smoothing.result import join_warnings
 from meshlab_specsmooth.smoothing.tangential import tangential_fraction
 
@@ -169,7 +169,7 @@ def _denoise_parts(
         h, center = compute_mean_side(mesh.V[at], faces), mesh.V[at].min(axis=0) / 2 + mesh.V[at].max(axis=0) / 2
         own = region.renumbered(index, len(at))
         alone = assemble_faces((mesh.V[at] - center) / h, faces, own.counted(len(at)), region.boundary)
-        share = part(progress, done / len(Y), len(at) / len(Y))
+        share = subrange(progress, done / len(Y), len(at) / len(Y))
         result = _denoise(alone, setting, own, with_isotropic, share)
         done += len(at)
         Y[at] += (result.vertices - alone.V) * h
@@ -233,14 +233,14 @@ def _denoise(
         search = prepare_search(sample, patches.ops.L, found, LEVEL_FACTORS[criterion])
         # the isotropic filter has no creases
         with_isotropic = with_isotropic and mesh.cut is None
-        share = part(progress, _ASSEMBLED, _CHOSEN - _ASSEMBLED)
+        share = subrange(progress, _ASSEMBLED, _CHOSEN - _ASSEMBLED)
         candidates = search_settings(search, setting, with_isotropic, share)
         if noise.kind == IMPULSE and is_automatic and mesh.cut is None:
             candidates.append(evaluate_clipped(search, criterion))
         candidates = rank(candidates, has_tolerance=criterion == "position")
     report(_CHOSEN)
     announce(progress, "smoothing")
-    Y, flips = _apply(mesh, candidates[0].setting, criterion, level, part(progress, _CHOSEN, 1 - _CHOSEN))
+    Y, flips = _apply(mesh, candidates[0].setting, criterion, level, subrange(progress, _CHOSEN, 1 - _CHOSEN))
     if fractions is not None:
         Y = X + fractions[:, None] * (Y - X)
     notes = []

@@ -9,7 +9,7 @@ import numpy as np
 from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.edge_aware.operators import FaceOperators
 from meshlab_specsmooth.edge_aware.settings import GIVEN, EdgeAware
-from meshlab_specsmooth.graph.faces import FaceKernels
+from meshlab_specsmooth.graph.protocols import FaceKernels
 from meshlab_specsmooth.runtime.progress import Progress
 
 # Spatial sigma of the weights, in mean distances of neighboring centroids: the ring of faces around one counts.
@@ -47,7 +47,7 @@ def low_pass_normals(
     # a face of no area has no normal, but passes on those of its neighbors
     a = np.maximum(area / max(area.mean(), np.finfo(float).tiny), 1e-9)
     root = np.sqrt(a)
-    weight, degree = kernels.weigh(center, guide, root, inv_2sigma_s2, inv_2sigma_r2)
+    weight, degree = kernels.bilateral_weights(center, guide, root, inv_2sigma_s2, inv_2sigma_r2)
     diagonal = a + strength * degree
     rtol, most = (_RTOL_CUT, _MAX_CG_ITERATIONS_CUT) if is_cut else (_RTOL, _MAX_CG_ITERATIONS)
     return normalize(kernels.solve(weight, diagonal, strength, a[:, None] * N, guide, rtol, most))
@@ -69,13 +69,13 @@ def iterate(
     V = given if start == GIVEN else smoothed
     if mesh.holds_boundary:
         V = np.where(mesh.on_boundary[:, None], smoothed, V)
-    guide = mesh.kernels.frames(smoothed)[1]
+    guide = mesh.kernels.face_geometry(smoothed)[1]
     while True:
-        center, N, area = mesh.kernels.frames(V)
+        center, N, area = mesh.kernels.face_geometry(V)
         N = low_pass_normals(mesh.kernels, center, N, area, guide, strength, range_sigma, is_cut)
-        V = mesh.kernels.fit(V, N, mesh.step_size, _VERTEX_STEPS)
+        V = mesh.kernels.update_vertices(V, N, mesh.step_size, _VERTEX_STEPS)
         yield V
-        guide = mesh.kernels.frames(V)[1]
+        guide = mesh.kernels.face_geometry(V)[1]
 
 
 def apply_setting(

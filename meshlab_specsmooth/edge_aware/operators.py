@@ -10,8 +10,10 @@ import numpy.typing as npt
 from meshlab_specsmooth.arrays import Booleans, Floats, Integers
 from meshlab_specsmooth.geometry.surface import Surface
 from meshlab_specsmooth.geometry.triangles import compute_vertex_normals
+from meshlab_specsmooth.graph.backend import face_graph, face_kernels
 from meshlab_specsmooth.graph.creases import Cut, cut_along, cut_graph
-from meshlab_specsmooth.graph.faces import FaceGraph, FaceKernels, face_graph, face_kernels
+from meshlab_specsmooth.graph.face_adjacency import FaceGraph
+from meshlab_specsmooth.graph.protocols import FaceKernels
 from meshlab_specsmooth.operators.assemble import Operators, assemble_surface
 from meshlab_specsmooth.operators.patches import MIN_COUNTED, Patches, draw_patches
 from meshlab_specsmooth.smoothing.automatic import smooth_operators
@@ -139,7 +141,7 @@ def compute_mean_side(V: Floats, F: Integers) -> float:
 
 def compute_volume(mesh: FaceOperators, V: Floats) -> float:
     """Signed volume in cubed mean edges; meaningful for a closed surface."""
-    center, normal, area = mesh.kernels.frames(V - V.mean(axis=0))
+    center, normal, area = mesh.kernels.face_geometry(V - V.mean(axis=0))
     return float(np.einsum("ij,ij,i->", center, normal, area) / 6)
 
 

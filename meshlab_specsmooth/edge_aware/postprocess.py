@@ -37,7 +37,7 @@ def restore_volume(mesh: FaceOperators, Y: Floats, volume: float, level: float) 
     Noise does not change a volume in the mean, so that of the given surface is the best estimate. Where that takes more
     than a noise level, the volume is meaningless (faces of both orientations), and ``Y`` stays.
     """
-    area = mesh.kernels.frames(Y)[2].sum() / 2
+    area = mesh.kernels.face_geometry(Y)[2].sum() / 2
     step = (volume - compute_volume(mesh, Y)) / area if area > 0 else 0.0
     return Y + step * compute_vertex_normals(Y, mesh.F) if abs(step) <= level else Y
 
@@ -47,7 +47,7 @@ def _average_centroids(mesh: FaceOperators, Y: Floats, vertices: npt.NDArray[np.
     graph = mesh.graph
     ones = np.ones(len(graph.vertex_faces))
     at = csr_array((ones, graph.vertex_faces, graph.vertex_indptr), shape=(graph.order, graph.size))
-    return np.asarray((at[vertices] @ mesh.kernels.frames(Y)[0]) * mesh.step_size[vertices, None])
+    return np.asarray((at[vertices] @ mesh.kernels.face_geometry(Y)[0]) * mesh.step_size[vertices, None])
 
 
 def _find_flipped(mesh: FaceOperators, Y: Floats, smoothed: Floats) -> Booleans:
@@ -55,7 +55,7 @@ def _find_flipped(mesh: FaceOperators, Y: Floats, smoothed: Floats) -> Booleans:
 
     Not those that look away from their neighbors on the smoothed surface as well: they were so in the input.
     """
-    normals, smooth = mesh.kernels.frames(Y)[1], mesh.kernels.frames(smoothed)[1]
+    normals, smooth = mesh.kernels.face_geometry(Y)[1], mesh.kernels.face_geometry(smoothed)[1]
     away = np.asarray((normals * smooth).sum(axis=1) < 0)
     opposed = _find_opposed(mesh, normals) & ~_find_opposed(mesh, smooth)
     return np.asarray(away | opposed, dtype=np.bool_)

@@ -12,7 +12,7 @@ from meshlab_specsmooth.arrays import Booleans, Floats, Integers
 from meshlab_specsmooth.edge_aware.settings import EdgeAwareRegion
 from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.geometry.surface import Surface
-from meshlab_specsmooth.graph.creases import keys_of, sides_of
+from meshlab_specsmooth.graph.creases import edge_keys, sort_halfedges
 from meshlab_specsmooth.operators.boundary import fade
 from meshlab_specsmooth.operators.patches import MIN_COUNTED
 from meshlab_specsmooth.parameters import check_number, check_weights
@@ -138,7 +138,7 @@ def _check_pairs(array: npt.NDArray[Any], F: Integers, n: int) -> Integers:
     if outside.any():
         row = int(np.flatnonzero(outside)[0])
         raise InvalidParameter(f"creases[{row}] is {_show(array[row])}; vertices are numbered from 0 to {n - 1}")
-    strange = ~np.isin(keys_of(array, n), sides_of(F, n).key)
+    strange = ~np.isin(edge_keys(array, n), sort_halfedges(F, n).key)
     if strange.any():
         row = int(np.flatnonzero(strange)[0])
         raise InvalidParameter(f"creases[{row}] is {_show(array[row])}, which is no edge of a face")

@@ -42,7 +42,7 @@ def walk(L: Laplacian, X: Floats, steps: int) -> Floats:
     """W^steps X, the lazy random walk."""
     for _ in range(steps):
         before = np.zeros_like(X)
-        L.step(X, X, before, factor=-0.5, share=0.5)
+        L.step(X, X, before, factor=-0.5, coefficient=0.5)
         X = before
     return X
 

@@ -13,7 +13,8 @@ import numpy as np
 import numpy.typing as npt
 
 from meshlab_specsmooth.arrays import Booleans, Floats, Integers
-from meshlab_specsmooth.graph.extent import measure_faces, sum_faces
+from meshlab_specsmooth.graph.extent import sum_faces
+from meshlab_specsmooth.graph.extent_scipy import measure_faces
 from meshlab_specsmooth.noise.model import CORRELATED, QUANTIZED, Noise
 from meshlab_specsmooth.runtime import blocks
 
@@ -130,7 +131,7 @@ def compare_shapes(
 def _sums(X: Floats, at: npt.NDArray[np.integer], count: int) -> Floats:
     """(c, 3) sums of rows by component."""
     if count == 1:
-        return blocks.reduced(np.add, X)[None]
+        return blocks.reduce_rows(np.add, X)[None]
     return np.stack([np.bincount(at, weights=column, minlength=count) for column in X.T], axis=1)
 
 

@@ -13,7 +13,7 @@ from meshlab_specsmooth.choices import LaplacianKind
 from meshlab_specsmooth.geometry import order
 from meshlab_specsmooth.geometry.surface import Surface
 from meshlab_specsmooth.geometry.welding import find_copies
-from meshlab_specsmooth.graph.build import of_mesh
+from meshlab_specsmooth.graph.build import mesh_graph
 from meshlab_specsmooth.graph.laplacian import Laplacian
 from meshlab_specsmooth.operators.barycenters import Gram, gram_of_barycenters
 from meshlab_specsmooth.operators.boundary import BoundaryCurve, boundary_curve
@@ -142,7 +142,7 @@ def assemble(
     if ops.L.size <= eigenbasis.DENSE_VERTICES:  # there the modes are counted exactly
         return ops
     with blocks.one_blas_thread():
-        return replace(ops, mode_density=density.measure(ops.L))
+        return replace(ops, mode_density=density.estimate_density(ops.L))
 
 
 def assemble_any(
@@ -178,7 +178,7 @@ def assemble_surface(
     active_index: Integers | None = None
     if is_scattered:
         # `take` is several times as fast as brackets, here and below
-        active = active.take(order.along_a_curve(V if len(active) == len(V) else V.take(active, axis=0)))
+        active = active.take(order.morton_order(V if len(active) == len(V) else V.take(active, axis=0)))
     if is_scattered or len(active) < len(V):
         active_index = np.full(len(V), -1, dtype=np.int32)
         active_index[active] = np.arange(len(active), dtype=np.int32)
@@ -216,7 +216,7 @@ def _assemble(
     welded: int,
     report: Progress,
 ) -> Operators:
-    mesh = of_mesh(F, len(active))
+    mesh = mesh_graph(F, len(active))
     report(0.8)
     L = laplacian_of_kind(laplacian, mesh, positions, F)
     boundary = mesh.boundary()
@@ -245,7 +245,7 @@ def find_referenced_vertices(F: Integers, n: int) -> Booleans:
     def mark(at: slice) -> None:
         found[F[at]] = True
 
-    blocks.in_slices(mark, len(F))
+    blocks.parallel_rows(mark, len(F))
     return found
 
 
@@ -276,7 +276,7 @@ def _normalize(V: Floats) -> tuple[Floats, int]:
     """``V`` centered and divided by 2^exponent, so that it lies in [-1, 1]; a power of two rounds nothing."""
     if len(V) == 0:
         return V, 0
-    low, high = (blocks.reduced(of, V) for of in (np.minimum, np.maximum))
+    low, high = (blocks.reduce_rows(of, V) for of in (np.minimum, np.maximum))
     center = low / 2 + high / 2
     exponent = int(np.frexp((high - center).max())[1])
     centered = np.empty_like(V)
@@ -285,7 +285,7 @@ def _normalize(V: Floats) -> tuple[Floats, int]:
         np.subtract(V[at], center, out=centered[at])
         centered[at] = scale_by_power(centered[at], -exponent)
 
-    blocks.in_slices(center_rows, len(V))
+    blocks.parallel_rows(center_rows, len(V))
     return centered, exponent
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.sparse import coo_array, csr_array
 
 from meshlab_specsmooth.arrays import Floats, Integers
-from meshlab_specsmooth.graph.build import MeshGraph
+from meshlab_specsmooth.graph.adjacency import MeshGraph
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +38,7 @@ class Gram:
 def gram_of_barycenters(mesh: MeshGraph) -> Gram:
     """C^T C: 1/9 for each face at a vertex, and for each at an edge."""
     n = mesh.graph.size
-    irregular = coo_array(((mesh.odd_faces - 2) / 9, mesh.ends_of_odd()), shape=(n, n)).tocsr()
+    irregular = coo_array(((mesh.irregular_face_count - 2) / 9, mesh.irregular_ends()), shape=(n, n)).tocsr()
     return Gram(mesh.corner_count[:, None] / 9, 2 / 9, irregular)
 
 

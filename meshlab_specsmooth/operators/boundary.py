@@ -10,7 +10,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 from meshlab_specsmooth.arrays import Booleans, Floats, Integers
-from meshlab_specsmooth.graph.build import weighted
+from meshlab_specsmooth.graph.build import from_edges
 from meshlab_specsmooth.graph.laplacian import Laplacian, laplacian
 from meshlab_specsmooth.operators.barycenters import Gram
 
@@ -50,7 +50,7 @@ def boundary_curve(positions: Floats, segments: Integers) -> BoundaryCurve | Non
     vertices, local = np.unique(segments, return_inverse=True)
     local = local.reshape(-1, 2)
     k, m = len(vertices), len(local)
-    L = laplacian(weighted(k, local.astype(np.int32), np.ones(m)))
+    L = laplacian(from_edges(k, local.astype(np.int32), np.ones(m)))
     # each midpoint is half of either end: a quarter at every segment, and for each segment at a vertex
     gram = Gram(L.degree / 4, 1 / 4, csr_array((k, k)))
     segment_length = np.linalg.norm(positions[segments[:, 0]] - positions[segments[:, 1]], axis=1)

@@ -7,7 +7,8 @@ from collections.abc import Callable
 import numpy as np
 
 from meshlab_specsmooth.arrays import Floats, Integers
-from meshlab_specsmooth.graph.build import MeshGraph, weighted
+from meshlab_specsmooth.graph.adjacency import MeshGraph
+from meshlab_specsmooth.graph.build import from_edges
 from meshlab_specsmooth.graph.laplacian import Laplacian, laplacian
 
 # An angle sharper than one degree weighs as one of one degree, and an edge whose two cotangents cancel or turn
@@ -37,7 +38,7 @@ def laplacian_of_kind(kind: str, mesh: MeshGraph, V: Floats, F: Integers) -> Lap
     if weigh is None:
         return laplacian(mesh.graph)
     ends = mesh.ends()
-    return laplacian(weighted(len(V), ends, weigh(V, F, ends)))
+    return laplacian(from_edges(len(V), ends, weigh(V, F, ends)))
 
 
 def _cotangent_weights(V: Floats, F: Integers, ends: Integers) -> Floats:

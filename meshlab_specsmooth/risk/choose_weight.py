@@ -26,7 +26,7 @@ from meshlab_specsmooth.operators.patches import draw_patches, find_interior
 from meshlab_specsmooth.operators.reconstruction import error_gain, reconstruct
 from meshlab_specsmooth.risk.impulses import clip_impulses
 from meshlab_specsmooth.risk.sure import compute_risk
-from meshlab_specsmooth.runtime.progress import Progress, announce, part
+from meshlab_specsmooth.runtime.progress import Progress, announce, subrange
 from meshlab_specsmooth.spectral.design import design
 from meshlab_specsmooth.spectral.response import Family, Response
 
@@ -169,7 +169,7 @@ def choose_weight(
     share = (1 - _MEASURING) / len(candidates)
     considered, minima = [], []
     for i, candidate in enumerate(candidates):
-        report = part(progress, _MEASURING + i * share, share)
+        report = subrange(progress, _MEASURING + i * share, share)
         weight, risk, curve = search_weight(on, counted, found, criterion, candidate, is_large, report)
         minima.append(ConsideredWeight(weight, i, risk))
         considered += [ConsideredWeight(w, i, r) for w, r in curve]

@@ -28,7 +28,8 @@ from meshlab_specsmooth.operators.components import label_components
 from meshlab_specsmooth.risk.choose_weight import CandidateLowPass, WeightChoice, choose_weight
 from meshlab_specsmooth.risk.impulses import clip_impulses
 from meshlab_specsmooth.runtime import blocks
-from meshlab_specsmooth.runtime.progress import Progress, finish, part, rising
+from meshlab_specsmooth.runtime.progress import Progress, finish, monotone, subrange
+from meshlab_specsmooth.runtime.workspace import Workspace
 from meshlab_specsmooth.smoothing.filter import (
     DEFAULT_WAVELENGTH_IN_EDGES,
     design_low_pass,
@@ -88,7 +89,7 @@ def smooth_operators(
     region: Region = EVERYWHERE,
     *,
     start: SmoothingResult | None = None,
-    workspace: blocks.Spare | None = None,
+    workspace: Workspace | None = None,
     progress: Progress | None = None,
 ) -> SmoothingResult:
     """Smooth by a setting, after choosing its weight if it has none; parameters as for :func:`smooth_by_setting`."""
@@ -100,7 +101,7 @@ def smooth_operators(
         spread_weights(ops, "features", region.features)
     if len(ops.active) == 0:
         return leave_empty(ops, setting, setting.low_pass or Heat(), began)
-    workspace = blocks.no_spare() if workspace is None else workspace
+    workspace = Workspace() if workspace is None else workspace
     result = _smooth_automatically(ops, setting, region, start, workspace, progress, began)
     finish(progress)
     return add_warnings(result, explain_no_motion(region, region.feature_gain))
@@ -124,7 +125,7 @@ def choose_setting(
     given = setting.low_pass
     candidates: tuple[LowPassLike, ...] = (Heat(), Ideal()) if given is None else (given,)
     tried = [_as_candidate(ops, low_pass, setting) for low_pass in candidates]
-    choice = choose_weight(ops, setting.criterion, tried, mask, part(progress, 0.0, _CHOICE))
+    choice = choose_weight(ops, setting.criterion, tried, mask, subrange(progress, 0.0, _CHOICE))
     X = positions = ops.positions
     if choice.noise.kind == IMPULSE:
         free = resolve_region(ops, region).free
@@ -152,7 +153,7 @@ def _smooth_automatically(
     setting: Smoothing,
     region: Region,
     start: SmoothingResult | None,
-    workspace: blocks.Spare,
+    workspace: Workspace,
     progress: Progress | None,
     began: float,
     is_part: bool = False,
@@ -169,7 +170,7 @@ def _smooth_automatically(
         chosen = choose_setting(base, setting, region, progress)
     if progress is not None:
         progress(_CHOICE)
-    progress, noise = part(progress, _CHOICE, 1 - _CHOICE), chosen.choice.noise
+    progress, noise = subrange(progress, _CHOICE, 1 - _CHOICE), chosen.choice.noise
     if noise.kind == UNCLEAR:  # then strays cannot be distinguished from shape either
         base, outliers = ops, outliers[:0]
     if noise.is_left_alone:
@@ -225,8 +226,8 @@ def _smooth_parts(
                 features=None if features is None else features[at],
             ),
             None,
-            blocks.no_spare(),
-            part(progress, done / len(vertices), len(at) / len(vertices)),
+            Workspace(),
+            subrange(progress, done / len(vertices), len(at) / len(vertices)),
             time.perf_counter(),
             is_part=True,
         )
@@ -289,7 +290,7 @@ def _smooth_within_noise(
     chosen: Chosen,
     region: Region,
     start: SmoothingResult | None,
-    workspace: blocks.Spare,
+    workspace: Workspace,
     progress: Progress | None,
     count: int,
     labels: npt.NDArray[np.int32],
@@ -299,7 +300,7 @@ def _smooth_within_noise(
 
     def smooth(setting: Smoothing, region: Region, start: SmoothingResult | None) -> SmoothingResult:
         result = smooth_by_setting(
-            chosen.start, setting, region, start=start, workspace=workspace, progress=rising(progress)
+            chosen.start, setting, region, start=start, workspace=workspace, progress=monotone(progress)
         )
         return _add_start(ops, result, chosen)
 

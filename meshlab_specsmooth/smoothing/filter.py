@@ -19,7 +19,8 @@ from meshlab_specsmooth.operators.boundary import BoundaryCurve, blend
 from meshlab_specsmooth.operators.reconstruction import TOLERANCE, Constraints, Solution, error_gain, solve, tolerance
 from meshlab_specsmooth.parameters import check_count, check_progress, show
 from meshlab_specsmooth.runtime import blocks
-from meshlab_specsmooth.runtime.progress import Progress, announce, part
+from meshlab_specsmooth.runtime.progress import Progress, announce, subrange
+from meshlab_specsmooth.runtime.workspace import Workspace
 from meshlab_specsmooth.smoothing.region import (
     NO_FEATURES,
     ActiveRegion,
@@ -46,9 +47,6 @@ MAX_ENHANCED_IN_EDGES, MIN_ENHANCED_IN_EDGES = 30.0, 6.0
 # Of 2, of the largest displacement in mesh units: with it, coordinates stay in the range of numbers.
 _MAX_EXPONENT = 1022
 
-# Number of (k, 3) work arrays alive at once.
-_MAX_BUFFERS = 6
-
 # Warn if the cut-off keeps more than this fraction of the modes.
 _MAX_KEPT_FRACTION = 0.9
 
@@ -61,7 +59,7 @@ POSITION_TOLERANCE = 1e-7
 _WAVELENGTH_LIMITS = (1e-30, 1e30)
 
 # From differential coordinates to their change; the operator is the surface's or its boundary's.
-ChangeOf = Callable[[Laplacian, SpectralFilter, Floats, Progress | None, list[Floats]], Floats]
+ChangeOf = Callable[[Laplacian, SpectralFilter, Floats, Progress | None, Workspace], Floats]
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,12 +77,14 @@ class _Barycenters:
         change: Floats,
         progress: Progress | None,
         constraints: Constraints | None,
-        spare: list[Floats],
         start: Floats | None,
+        workspace: Workspace,
     ) -> Solution:
         """Step 3, to a tolerance for the lowest weight."""
         rtol = TOLERANCE if self.factor == self.lowest else tolerance(self.lowest)
-        return solve(L, self.gram, self.factor, change, progress, constraints, spare, start, off=rtol)
+        return solve(
+            L, self.gram, self.factor, change, progress, constraints, start, rtol, workspace, overwrite_change=True
+        )
 
 
 @blocks.one_blas_thread()
@@ -94,7 +94,7 @@ def smooth_by_setting(
     region: Region = EVERYWHERE,
     *,
     start: SmoothingResult | None = None,
-    workspace: blocks.Spare | None = None,
+    workspace: Workspace | None = None,
     progress: Progress | None = None,
 ) -> SmoothingResult:
     """Apply a setting whose weight is given.
@@ -139,9 +139,9 @@ def smooth_by_setting(
         )
 
     def remove(
-        L: Laplacian, filter_: SpectralFilter, delta: Floats, report: Progress | None, spare: list[Floats]
+        L: Laplacian, filter_: SpectralFilter, delta: Floats, report: Progress | None, work: Workspace
     ) -> Floats:
-        change = filter_.apply(L, delta, report, spare)
+        change = filter_.apply(L, delta, report, work)
         change -= delta
         return change
 
@@ -158,7 +158,7 @@ def enhance_by_setting(
     setting: Enhancement,
     region: Region = EVERYWHERE,
     *,
-    workspace: blocks.Spare | None = None,
+    workspace: Workspace | None = None,
     progress: Progress | None = None,
 ) -> SmoothingResult:
     """Apply an enhancement; parameters as for :func:`smooth_by_setting`."""
@@ -188,9 +188,9 @@ def enhance_by_setting(
         )
 
     def amplify(
-        L: Laplacian, filter_: SpectralFilter, delta: Floats, report: Progress | None, spare: list[Floats]
+        L: Laplacian, filter_: SpectralFilter, delta: Floats, report: Progress | None, work: Workspace
     ) -> Floats:
-        change = filter_.apply(L, delta, report, spare)
+        change = filter_.apply(L, delta, report, work)
         change *= setting.gain - 1
         return change
 
@@ -229,26 +229,26 @@ def _run(
     region: ActiveRegion,
     held: _Barycenters,
     setting: Smoothing | Enhancement,
-    workspace: blocks.Spare | None,
+    workspace: Workspace | None,
     began: float,
     progress: Progress | None,
     guess: Floats | None = None,
 ) -> SmoothingResult:
     """The three steps; where the boundary is smoothed along itself, on its curve first."""
-    spare = [] if workspace is None else blocks.take_spare(workspace)
+    work = Workspace() if workspace is None else workspace
     iterations = setting.iterations if isinstance(setting, Smoothing) else 1
     displacement, solutions = np.zeros((1, 1)), []
     announce(progress, "smoothing")
     # an iteration of the least squares takes as long as three sweeps, and it takes about seven over the weight
     sweeping = across.filter.degree / (across.filter.degree + 3 * (7 / min(held.lowest, 1.0) + 2))
     for number in range(iterations):
-        step_2 = part(progress, number / iterations, sweeping / iterations)
-        step_3 = part(progress, (number + sweeping) / iterations, (1 - sweeping) / iterations)
+        step_2 = subrange(progress, number / iterations, sweeping / iterations)
+        step_3 = subrange(progress, (number + sweeping) / iterations, (1 - sweeping) / iterations)
         V = ops.positions + displacement if number else ops.positions
-        delta = ops.L.product(V, blocks.taken(spare, V))
+        delta = ops.L.product(V, work.borrow(V))
         if region.is_constrained:
             delta *= region.rows
-        change = change_of(ops.L, across.filter, delta, step_2, spare)
+        change = change_of(ops.L, across.filter, delta, step_2, work)
         if region.is_partial:
             change *= region.change
         constraints = None
@@ -259,12 +259,11 @@ def _run(
                     ops, ops.boundary, V, change_of, across, along, region, held
                 )
             constraints = Constraints(region.free, region.rows, prescribed)
-        spare += [delta, change]
-        solutions.append(held.solve(ops.L, change, step_3, constraints, spare, None if number else guess))
+        work.give_back(delta)
+        solutions.append(held.solve(ops.L, change, step_3, constraints, None if number else guess, work))
         displacement = displacement + solutions[-1].displacement if number else solutions[-1].displacement
     result = make_result(ops, displacement, across, held.given, solutions, setting, began)
-    if workspace is not None:
-        workspace.append([displacement, *spare][:_MAX_BUFFERS])
+    work.give_back(displacement)
     if progress is not None:
         progress(1.0)
     return result
@@ -282,7 +281,7 @@ def _smooth_boundary(
 ) -> Floats:
     """(b, 3) displacement of the boundary by the same three steps along its curve."""
     at = curve.vertices
-    change = region.change[at] * change_of(curve.L, along.filter, curve.L @ V[at], None, [])
+    change = region.change[at] * change_of(curve.L, along.filter, curve.L @ V[at], None, Workspace())
     # A closed curve is the wave that goes around it once. Where that is cut off, with a margin for the softened step,
     # the hole would close.
     wavelength = wavelength_in_edges(across.cutoff.eigenvalue) * ops.mean_edge
@@ -363,7 +362,7 @@ def to_edges(ops: Operators, name: str, length: float | None, default: float) ->
 def split_progress(method: str, ops: Operators, progress: Progress | None) -> tuple[Progress | None, Progress | None]:
     """Callbacks for the design and for the rest: eigenvectors take nearly all of the time, a polynomial none."""
     designing = 0.9 if is_exact(method, ops.L.size) else 0.0
-    return part(progress, 0.0, designing), part(progress, designing, 1 - designing)
+    return subrange(progress, 0.0, designing), subrange(progress, designing, 1 - designing)
 
 
 def _hold_barycenters(ops: Operators, weight: float | Floats) -> _Barycenters:
@@ -488,7 +487,7 @@ def move_vertices(ops: Operators, displacement: Floats) -> tuple[Floats, float]:
         step = scale_by_power(step, ops.exponent)
         np.add(vertices[at], step, out=vertices[at], where=step != 0)
 
-    blocks.in_slices(move, len(vertices))
+    blocks.parallel_rows(move, len(vertices))
     return vertices, rms
 
 

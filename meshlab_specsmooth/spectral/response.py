@@ -1,7 +1,7 @@
-"""Transfer functions h(lambda): what share of each mode a filter keeps.
+"""Transfer functions h(lambda): the factor by which a filter multiplies each mode.
 
-Every response is a pure function of the eigenvalue, can be plotted by calling it, and can be combined: ``a * b`` is
-one after the other, ``~a`` the complement 1 - h, and :func:`band` keeps what lies between two cut-offs.
+A response is a pure function of the eigenvalue. Responses can be called, for plots, and combined: ``a * b`` applies one
+after the other, ``~a`` is the complement 1 - h, and :func:`band` keeps the band between two cut-offs.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ Gain = Callable[[Floats], Floats]
 # Points at which a gain is sampled, evenly spaced in arccos(1 - lambda)
 _SAMPLES = 4096
 
-# Where a step is approximated by a polynomial it rises over a band about the cut-off: outside cut-off +- 25 % the
-# softened step is within 0.5 % of the step.
+# Half width of the band, relative to the cut-off, over which a step is softened for a polynomial, and the difference
+# between the step and the softened step outside of it
 TRANSITION = 0.25
 TRANSITION_ERROR = 0.005
 
@@ -112,7 +112,7 @@ Family = Callable[[float], Response]
 def ideal(cutoff: float) -> Response:
     """1 up to the cut-off, 0 above: the paper's low-pass, which keeps the first f_a modes."""
     angle = float(_angle(cutoff))
-    # the step is softened in theta = arccos(1 - lambda), where a polynomial of degree k resolves 1/k everywhere
+    # softened in theta = arccos(1 - lambda), in which a polynomial of degree k has a uniform resolution of 1/k
     above = float(_angle(min(2.0, cutoff * (1 + TRANSITION)))) - angle
     below = angle - float(_angle(cutoff * (1 - TRANSITION)))
     width = (min(above, below) if cutoff * (1 + TRANSITION) < 2 else below) / _INVERSE_ERFC
@@ -130,7 +130,7 @@ def ideal(cutoff: float) -> Response:
 
 
 def _angle(eigenvalue: Floats | float) -> Floats:
-    """The arccos of 1 - lambda, also where lambda is lost beside 1."""
+    """arccos(1 - lambda), accurate for small lambda as well."""
     return np.asarray(2 * np.arcsin(np.sqrt(np.asarray(eigenvalue) / 2)))
 
 
@@ -212,7 +212,7 @@ def check_response(response: object) -> Response:
 
 
 def band(low: Response, high: Response) -> Response:
-    """What ``high`` keeps and ``low`` does not: the band between two low-passes.
+    """The band-pass between two low-passes: ``high`` times the complement of ``low``.
 
     Examples
     --------
@@ -224,7 +224,7 @@ def band(low: Response, high: Response) -> Response:
 
 
 def name_of(label: str) -> str:
-    """The name of a response that :func:`response` made, from its label.
+    """The name of the family of a response, from its label.
 
     Examples
     --------

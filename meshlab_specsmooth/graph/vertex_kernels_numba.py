@@ -1,6 +1,6 @@
-"""Sweeps compiled by numba (the extra ``fast``): each is one pass that reads indices alone where all weights are 1.
+"""Vertex kernels compiled with numba (the extra ``fast``): one pass each, reading only indices if all weights are 1.
 
-Compiled on first use and kept on disk. Unsigned indices, as signed ones are tested for counting from the end.
+Compiled at first use and cached on disk. Indices are unsigned, as signed ones are tested for wrap-around.
 """
 
 from __future__ import annotations
@@ -11,16 +11,16 @@ import numba
 import numpy as np
 
 from meshlab_specsmooth.arrays import Floats
-from meshlab_specsmooth.graph.build import Graph
+from meshlab_specsmooth.graph.adjacency import Graph
 from meshlab_specsmooth.runtime import backend, blocks
 
-# sums may be taken in any order, and a product and a sum in one rounding; nothing is assumed of NaN and infinity
-_compiled = functools.partial(numba.njit, nogil=True, cache=backend.IS_KEPT, fastmath={"reassoc", "contract"})
-_inlined = functools.partial(numba.njit, inline="always")  # a call for each vertex would double a sweep's time
+# sums may be reordered and contracted to fused multiply-adds; NaN and infinity keep their meaning
+_compiled = functools.partial(numba.njit, nogil=True, cache=backend.CAN_CACHE, fastmath={"reassoc", "contract"})
+_inlined = functools.partial(numba.njit, inline="always")  # a call for each vertex would double the time
 
 
-class CompiledKernels:
-    """See :class:`meshlab_specsmooth.graph.kernels.Kernels`."""
+class NumbaVertexKernels:
+    """See :class:`meshlab_specsmooth.graph.protocols.VertexKernels`."""
 
     name = "numba"
 
@@ -29,53 +29,73 @@ class CompiledKernels:
         self.degree = graph.degree[:, 0]
         self.size = graph.size
 
-    def step(  # noqa: D102 (the protocol says it)
-        self, first: int, last: int, X: Floats, now: Floats, before: Floats, factor: float, share: float
+    def chebyshev_step(
+        self, first: int, last: int, X: Floats, now: Floats, before: Floats, factor: float, coefficient: float
     ) -> None:
         low, high = self._rows(first, last)
-        _step(low, high, *self.graph, self.degree, X, now, before, factor, share)
+        _chebyshev_step(low, high, *self.graph, self.degree, X, now, before, factor, coefficient)
 
-    def differ(  # noqa: D102
-        self, first: int, last: int, p: Floats, rows: Floats | None, kappa: float, z: Floats
+    def normal_matvec_1(
+        self, first: int, last: int, p: Floats, rows: Floats | None, edge_coefficient: float, z: Floats
     ) -> None:
         low, high = self._rows(first, last)
-        _differ(low, high, *self.graph, self.degree, p, _flat(rows), kappa, z)
+        _normal_matvec_1(low, high, *self.graph, self.degree, p, _flat(rows), edge_coefficient, z)
 
-    def gather(  # noqa: D102
+    def normal_matvec_2(
         self,
         first: int,
         last: int,
         p: Floats,
         z: Floats,
         free: Floats | None,
-        kappa: float,
-        gram: Floats,
+        edge_coefficient: float,
+        gram_diagonal: Floats,
         q: Floats,
         sums: Floats,
     ) -> None:
         for i in range(first, last):
             low, high = self._rows(i, i + 1)
-            _gather(low, high, *self.graph, self.degree, p, z, _flat(free), kappa, gram[:, 0], q, sums[i])
+            _normal_matvec_2(
+                low,
+                high,
+                *self.graph,
+                self.degree,
+                p,
+                z,
+                _flat(free),
+                edge_coefficient,
+                gram_diagonal[:, 0],
+                q,
+                sums[i],
+            )
 
-    def descend(  # noqa: D102
-        self, first: int, last: int, step: Floats, q: Floats, m: Floats, r: Floats, sums: Floats
+    def update_residual(
+        self, first: int, last: int, alpha: Floats, q: Floats, inverse_diagonal: Floats, r: Floats, sums: Floats
     ) -> None:
         for i in range(first, last):
-            _descend(*self._rows(i, i + 1), step, q, m[:, 0], r, sums[i])
+            _update_residual(*self._rows(i, i + 1), alpha, q, inverse_diagonal[:, 0], r, sums[i])
 
-    def turn(  # noqa: D102
-        self, first: int, last: int, step: Floats, turn: Floats, m: Floats, r: Floats, x: Floats, p: Floats
+    def update_direction(
+        self,
+        first: int,
+        last: int,
+        alpha: Floats,
+        beta: Floats,
+        inverse_diagonal: Floats,
+        r: Floats,
+        x: Floats,
+        p: Floats,
     ) -> None:
-        _turn(*self._rows(first, last), step, turn, m[:, 0], r, x, p)
+        _update_direction(*self._rows(first, last), alpha, beta, inverse_diagonal[:, 0], r, x, p)
 
-    def squares(self, first: int, last: int, v: Floats, sums: Floats) -> None:  # noqa: D102
-        _squares(*self._rows(first, last), *self.graph, v[:, 0], sums[:, 0])
+    def sum_squared_weights(self, first: int, last: int, v: Floats, sums: Floats) -> None:
+        _sum_squared_weights(*self._rows(first, last), *self.graph, v[:, 0], sums[:, 0])
 
-    def inner_products(self, first: int, last: int, X: Floats, Y: Floats, sums: Floats) -> None:  # noqa: D102
+    def inner_products(self, first: int, last: int, X: Floats, Y: Floats, sums: Floats) -> None:
         for i in range(first, last):
             sums[i] = _inner_products(*self._rows(i, i + 1), self.degree, X, Y)
 
-    def edge_lengths(self, first: int, last: int, X: Floats, sums: Floats) -> None:  # noqa: D102
+    def edge_lengths(self, first: int, last: int, X: Floats, sums: Floats) -> None:
         for i in range(first, last):
             sums[i] = _edge_lengths(*self._rows(i, i + 1), *self.graph[:2], X)
 
@@ -89,18 +109,18 @@ def _flat(column: Floats | None) -> Floats | None:
 
 @_inlined
 def _degree(i, indptr, weights, degree):  # type: ignore[no-untyped-def]
-    """Where all weights are 1 the number of neighbors, which was read already."""
+    """The degree; the number of neighbors where all weights are 1, as that has been read already."""
     return np.float64(indptr[i + 1] - indptr[i]) if weights is None else degree[i]
 
 
 @_inlined
-def _around(i, indptr, indices, weights, X):  # type: ignore[no-untyped-def]
-    """The three sums of w_ij X_j over the neighbors j of vertex i."""
+def _sum_neighbors(i, indptr, indices, weights, X):  # type: ignore[no-untyped-def]
+    """Sum w_ij X_j over the neighbors j of vertex i, for three columns."""
     k, end = indptr[i], indptr[i + 1]
     s0 = s1 = s2 = 0.0
     if weights is None:
-        # Nearly every vertex has four neighbors or more: these need no loop, whose end the processor would have to
-        # guess, and the sums do not wait for each other. A sweep takes three quarters of the time.
+        # Nearly every vertex has at least four neighbors. Unrolling these avoids a mispredicted branch and lets the
+        # sums proceed independently, which takes a quarter off the time.
         if end - k >= 4:
             a, b, c, d = indices[k], indices[k + 1], indices[k + 2], indices[k + 3]
             s0 = (X[a, 0] + X[b, 0]) + (X[c, 0] + X[d, 0])
@@ -125,19 +145,19 @@ def _around(i, indptr, indices, weights, X):  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def _step(low, high, indptr, indices, weights, degree, X, now, before, factor, share):  # type: ignore[no-untyped-def]
+def _chebyshev_step(low, high, indptr, indices, weights, degree, X, now, before, factor, c):  # type: ignore[no-untyped-def]
     for i in range(low, high):
-        s0, s1, s2 = _around(i, indptr, indices, weights, now)
+        s0, s1, s2 = _sum_neighbors(i, indptr, indices, weights, now)
         f = -factor / _degree(i, indptr, weights, degree)
-        before[i, 0] = f * s0 - before[i, 0] + share * X[i, 0]
-        before[i, 1] = f * s1 - before[i, 1] + share * X[i, 1]
-        before[i, 2] = f * s2 - before[i, 2] + share * X[i, 2]
+        before[i, 0] = f * s0 - before[i, 0] + c * X[i, 0]
+        before[i, 1] = f * s1 - before[i, 1] + c * X[i, 1]
+        before[i, 2] = f * s2 - before[i, 2] + c * X[i, 2]
 
 
 @_compiled
-def _differ(low, high, indptr, indices, weights, degree, p, rows, kappa, z):  # type: ignore[no-untyped-def]
+def _normal_matvec_1(low, high, indptr, indices, weights, degree, p, rows, kappa, z):  # type: ignore[no-untyped-def]
     for i in range(low, high):
-        s0, s1, s2 = _around(i, indptr, indices, weights, p)
+        s0, s1, s2 = _sum_neighbors(i, indptr, indices, weights, p)
         f = 1 / _degree(i, indptr, weights, degree)
         g = f if rows is None else rows[i] * f
         if weights is None:
@@ -151,17 +171,17 @@ def _differ(low, high, indptr, indices, weights, degree, p, rows, kappa, z):  # 
 
 
 @_compiled
-def _gather(low, high, indptr, indices, weights, degree, p, z, free, kappa, gram, q, sums):  # type: ignore[no-untyped-def]
+def _normal_matvec_2(low, high, indptr, indices, weights, degree, p, z, free, kappa, gram, q, sums):  # type: ignore[no-untyped-def]
     d0 = d1 = d2 = 0.0
     for i in range(low, high):
-        s0, s1, s2 = _around(i, indptr, indices, weights, z)
+        s0, s1, s2 = _sum_neighbors(i, indptr, indices, weights, z)
         d = _degree(i, indptr, weights, degree)
         if weights is None:
             s0 += d * (kappa * p[i, 0] - z[i, 0])
             s1 += d * (kappa * p[i, 1] - z[i, 1])
             s2 += d * (kappa * p[i, 2] - z[i, 2])
         else:
-            t0, t1, t2 = _around(i, indptr, indices, None, p)
+            t0, t1, t2 = _sum_neighbors(i, indptr, indices, None, p)
             s0 = d * z[i, 0] - s0 + kappa * t0
             s1 = d * z[i, 1] - s1 + kappa * t1
             s2 = d * z[i, 2] - s2 + kappa * t2
@@ -184,26 +204,26 @@ def _gather(low, high, indptr, indices, weights, degree, p, z, free, kappa, gram
 
 
 @_compiled
-def _descend(low, high, step, q, m, r, sums):  # type: ignore[no-untyped-def]
+def _update_residual(low, high, alpha, q, m, r, sums):  # type: ignore[no-untyped-def]
     sums[:] = 0.0
     for i in range(low, high):
         for k in range(3):
-            t = r[i, k] - step[k] * q[i, k]
+            t = r[i, k] - alpha[k] * q[i, k]
             r[i, k] = t
             sums[k] += t * t
             sums[3 + k] += m[i] * t * t
 
 
 @_compiled
-def _turn(low, high, step, turn, m, r, x, p):  # type: ignore[no-untyped-def]
+def _update_direction(low, high, alpha, beta, m, r, x, p):  # type: ignore[no-untyped-def]
     for i in range(low, high):
         for k in range(3):
-            x[i, k] += step[k] * p[i, k]
-            p[i, k] = m[i] * r[i, k] + turn[k] * p[i, k]
+            x[i, k] += alpha[k] * p[i, k]
+            p[i, k] = m[i] * r[i, k] + beta[k] * p[i, k]
 
 
 @_compiled
-def _squares(low, high, indptr, indices, weights, v, sums):  # type: ignore[no-untyped-def]
+def _sum_squared_weights(low, high, indptr, indices, weights, v, sums):  # type: ignore[no-untyped-def]
     for i in range(low, high):
         total = 0.0
         for k in range(indptr[i], indptr[i + 1]):

@@ -1,9 +1,9 @@
-"""The neighbors of every vertex by a counting sort, compiled by numba (the extra ``fast``).
+"""The neighbors of every vertex by a counting sort, compiled with numba (the extra ``fast``).
 
-A side of a face leads from one corner to the next, so as many sides leave a vertex as arrive there. Listed by the
-vertex where they arrive, in the order of those that they leave, the rows are sorted without a comparison. Where two
-faces meet that are oriented alike, what leaves is what arrives: the rows of a closed mesh are its graph as they stand,
-and other rows are merged from both.
+A halfedge leads from one corner of a face to the next, so as many halfedges leave a vertex as arrive at it. Listing
+them by their end, in the order of their start, sorts the rows without comparisons. Where the two faces of every edge
+are oriented alike, the halfedges that leave are those that arrive: the rows of a closed mesh are its graph as they are,
+and other rows are merged from both lists.
 """
 
 from __future__ import annotations
@@ -14,57 +14,44 @@ import numba
 import numpy as np
 
 from meshlab_specsmooth.arrays import Integers
-from meshlab_specsmooth.graph.build import Neighbors
+from meshlab_specsmooth.graph.adjacency import Adjacency
 from meshlab_specsmooth.runtime import backend, blocks
 
-_compiled = functools.partial(numba.njit, nogil=True, cache=backend.IS_KEPT)
+_compiled = functools.partial(numba.njit, nogil=True, cache=backend.CAN_CACHE)
 
 
-def neighbors(F: Integers, n: int) -> Neighbors:
-    """What :func:`meshlab_specsmooth.graph.build.of_mesh` makes of the sides of faces.
-
-    Returns
-    -------
-    indptr : (n + 1,) int32
-    indices : (2 e,) int32
-        Rising for each vertex.
-    odd : (k,) int64
-        Where in ``indices`` the edges stand that have not two faces.
-    odd_faces : (k,) int32
-        How many these have.
-    leaving : (n,) int32
-        Sides that leave each vertex.
-    """
+def adjacency(F: Integers, n: int) -> Adjacency:
+    """Find the neighbors of every vertex of a mesh with n vertices."""
     start = np.zeros(n + 1, dtype=np.int32)
     _count(F, start)
     count = start[1:].copy()
     np.cumsum(start, out=start)
-    # two arrays and not one in two parts, of which either would keep the other's memory
+    # two allocations: a view would keep the whole buffer alive
     leaving, arriving = (np.empty(start[-1], dtype=np.int32) for _ in range(2))
     _fill(F, start[:-1].copy(), leaving)
     _transpose(start, start[:-1].copy(), leaving, arriving)
     _transpose(start, start[:-1].copy(), arriving, leaving)
-    differ = np.empty(blocks.count(n), dtype=np.bool_)
+    differs = np.empty(blocks.count(n), dtype=np.bool_)
 
     def compare(first: int, last: int) -> None:
         for i in range(first, last):
             at = blocks.rows(i, n)
-            differ[i] = _differ(at.start, at.stop, start, leaving, arriving)
+            differs[i] = _differ(at.start, at.stop, start, leaving, arriving)
 
-    blocks.in_threads(compare, n)
-    if not differ.any():
-        return start, leaving, np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int32), count
+    blocks.parallel_for(compare, n)
+    if not differs.any():
+        return Adjacency(start, leaving, np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int32), count)
     indptr, indices, faces = _merged(start, leaving, arriving, n)
-    odd = np.flatnonzero(faces != 2)
-    return indptr, indices, odd, faces[odd], count
+    irregular = np.flatnonzero(faces != 2)
+    return Adjacency(indptr, indices, irregular, faces[irregular], count)
 
 
 def _merged(start: Integers, leaving: Integers, arriving: Integers, n: int) -> tuple[Integers, Integers, Integers]:
-    """``indptr`` and ``indices`` of both, each neighbor once, and the number of faces of each edge."""
+    """Merge both lists: ``indptr``, ``indices`` with each neighbor once, and the number of faces of each edge."""
     indptr = np.zeros(n + 1, dtype=np.int32)
 
     def merge(indices: Integers | None, faces: Integers | None) -> None:
-        blocks.in_slices(lambda at: _merge(at.start, at.stop, start, leaving, arriving, indptr, indices, faces), n)
+        blocks.parallel_rows(lambda at: _merge(at.start, at.stop, start, leaving, arriving, indptr, indices, faces), n)
 
     merge(None, None)
     np.cumsum(indptr, out=indptr)
@@ -75,7 +62,7 @@ def _merged(start: Integers, leaving: Integers, arriving: Integers, n: int) -> t
 
 @_compiled
 def _count(F, start):  # type: ignore[no-untyped-def]
-    """Sides that leave each vertex, one place further on."""
+    """Count the halfedges that leave each vertex, into the place after its own."""
     for f in range(len(F)):
         for k in range(3):
             start[F[f, k] + 1] += F[f, k] != F[f, (k + 1) % 3]
@@ -93,7 +80,7 @@ def _fill(F, place, leaving):  # type: ignore[no-untyped-def]
 
 @_compiled
 def _transpose(start, place, rows, turned):  # type: ignore[no-untyped-def]
-    """``turned`` becomes, for each vertex, those in whose rows it is, rising."""
+    """``turned`` becomes, for each vertex, the vertices in whose rows it is, ascending."""
     for i in range(len(place)):
         for k in range(start[i], start[i + 1]):
             j = rows[k]
@@ -103,7 +90,7 @@ def _transpose(start, place, rows, turned):  # type: ignore[no-untyped-def]
 
 @_compiled
 def _differ(low, high, start, leaving, arriving):  # type: ignore[no-untyped-def]
-    """Whether in some row what leaves is not what arrives, or leaves twice."""
+    """Whether in any row a halfedge leaves that does not arrive, or leaves twice."""
     found = False
     for i in range(low, high):
         for k in range(start[i], start[i + 1]):
@@ -113,7 +100,7 @@ def _differ(low, high, start, leaving, arriving):  # type: ignore[no-untyped-def
 
 @_compiled
 def _merge(low, high, start, leaving, arriving, indptr, indices, faces):  # type: ignore[no-untyped-def]
-    """Write the merged rows; without ``indices`` and ``faces`` their lengths, one place further on."""
+    """Write the merged rows or, without ``indices`` and ``faces``, their lengths into the place after their own."""
     for i in range(low, high):
         k = m = start[i]
         end, count = start[i + 1], 0

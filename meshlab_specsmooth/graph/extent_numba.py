@@ -1,4 +1,4 @@
-"""Sums over faces compiled by numba (the extra ``fast``)."""
+"""Volume, area and squared edge lengths of faces, compiled with numba (the extra ``fast``)."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ import numpy as np
 
 from meshlab_specsmooth.runtime import backend
 
-_compiled = functools.partial(numba.njit, nogil=True, cache=backend.IS_KEPT, fastmath={"reassoc", "contract"})
+_compiled = functools.partial(numba.njit, nogil=True, cache=backend.CAN_CACHE, fastmath={"reassoc", "contract"})
 
 
 @_compiled
-def add_faces(low, high, X, F, sums):  # type: ignore[no-untyped-def]
-    """``sums`` becomes the sums over the faces from ``low`` to ``high``; see :func:`.extent.sum_faces`."""
+def sum_faces(low, high, X, F, sums):  # type: ignore[no-untyped-def]
+    """``sums`` (3,) becomes the signed volume, area and mean squared edge length, summed from ``low`` to ``high``."""
     volume = area = squares = 0.0
     for f in range(low, high):
         i, j, k = F[f, 0], F[f, 1], F[f, 2]
