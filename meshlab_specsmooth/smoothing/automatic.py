@@ -32,6 +32,8 @@ from meshlab_specsmooth.runtime.progress import Progress, finish, monotone, subr
 from meshlab_specsmooth.runtime.workspace import Workspace
 from meshlab_specsmooth.smoothing.filter import (
     DEFAULT_WAVELENGTH_IN_EDGES,
+    check_start,
+    check_workspace,
     design_low_pass,
     get_displacement,
     leave_empty,
@@ -101,7 +103,9 @@ def smooth_operators(
         spread_weights(ops, "features", region.features)
     if len(ops.active) == 0:
         return leave_empty(ops, setting, setting.low_pass or Heat(), began)
-    workspace = Workspace() if workspace is None else workspace
+    if start is not None:
+        check_start(ops, start)
+    workspace = check_workspace(workspace)
     result = _smooth_automatically(ops, setting, region, start, workspace, progress, began)
     finish(progress)
     return add_warnings(result, explain_no_motion(region, region.feature_gain))
