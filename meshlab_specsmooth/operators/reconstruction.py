@@ -22,7 +22,7 @@ from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.errors import NotConverged
 from meshlab_specsmooth.graph.laplacian import Laplacian
 from meshlab_specsmooth.graph.protocols import COLUMNS
-from meshlab_specsmooth.operators.laplacians import Gram
+from meshlab_specsmooth.operators.barycenters import Gram
 from meshlab_specsmooth.runtime import blocks
 from meshlab_specsmooth.runtime.progress import Progress
 from meshlab_specsmooth.runtime.workspace import Workspace
@@ -110,18 +110,17 @@ class _NormalMatrix:
     @functools.cached_property
     def irregular(self) -> tuple[npt.NDArray[np.int64], csr_array]:
         """The vertices at edges that do not have two faces, and their rows of the entries that G has there."""
-        at = np.flatnonzero(np.diff(self.gram.odd.indptr))
-        entries = self.gram.odd[at]
+        at = np.flatnonzero(np.diff(self.gram.irregular.indptr))
+        entries = self.gram.irregular[at]
         return at, entries if self.free is None else entries.multiply(self.free[at]).tocsr()
 
     def matvec(self, p: Floats, scratch: Floats, q: Floats) -> Floats:
         """``q`` becomes A p, overwriting ``scratch``; returns (3,) p . q."""
-        n, kernels, gram = len(p), self.L.kernels, self.gram
+        n, kernels, free = len(p), self.L.kernels, self.free
+        edge, diagonal = self.gram.regular_edge, self.gram.diagonal
         sums = np.empty((blocks.count(n), COLUMNS))
-        blocks.parallel_for(lambda i, j: kernels.normal_matvec_1(i, j, p, self.rows, gram.edge, scratch), n)
-        blocks.parallel_for(
-            lambda i, j: kernels.normal_matvec_2(i, j, p, scratch, self.free, gram.edge, gram.diagonal, q, sums), n
-        )
+        blocks.parallel_for(lambda i, j: kernels.normal_matvec_1(i, j, p, self.rows, edge, scratch), n)
+        blocks.parallel_for(lambda i, j: kernels.normal_matvec_2(i, j, p, scratch, free, edge, diagonal, q, sums), n)
         pAp = sums.sum(axis=0)
         at, entries = self.irregular
         if len(at):
@@ -182,9 +181,8 @@ def solve(
     NotConverged
         After :data:`MAX_ITERATIONS`, with the residual that was reached.
     """
-    w2 = weight * weight
     free, rows = (None, None) if constraints is None else (constraints.free, constraints.rows)
-    A = _NormalMatrix(L, Gram(w2 * gram.diagonal, w2 * gram.edge, w2 * gram.odd), free, rows)
+    A = _NormalMatrix(L, gram.scaled(weight * weight), free, rows)
     work = Workspace() if workspace is None else workspace
     scratch = work.borrow(change)
     # L^T R change = D L D^-1 R change
@@ -264,3 +262,14 @@ def _update_residual(L: Laplacian, alpha: Floats, q: Floats, m: Floats, r: Float
 def _update_direction(L: Laplacian, alpha: Floats, beta: Floats, m: Floats, r: Floats, x: Floats, p: Floats) -> None:
     """``x`` becomes x + alpha p, then ``p`` m r + beta p."""
     blocks.parallel_for(lambda i, j: L.kernels.update_direction(i, j, alpha, beta, m, r, x, p), len(r))
+
+
+def reconstruct(
+    L: Laplacian, gram: Gram, X: Floats, weight: float, change: Floats | None = None, rtol: float = TOLERANCE
+) -> Floats:
+    """(n, 3) surface of least |L V' - L X - change|^2 + w^2 |C V' - C X|^2: step 3 without constraints.
+
+    Without ``change`` no differential coordinates are kept, as with a very low cut-off. ``rtol`` is the relative error
+    of the displacement.
+    """
+    return np.asarray(X + solve(L, gram, weight, -(L @ X) if change is None else change, rtol=rtol).displacement)
