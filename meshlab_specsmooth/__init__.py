@@ -28,7 +28,9 @@ if TYPE_CHECKING:
     from meshlab_specsmooth.batching.work import Outcome
     from meshlab_specsmooth.comparison.comparison import Comparison
     from meshlab_specsmooth.comparison.competitors import Competitor
-    from meshlab_specsmooth.edge_aware import EdgeAwareResult, denoise, smooth_edge_aware
+    from meshlab_specsmooth.edge_aware.api import denoise, smooth_edge_aware
+    from meshlab_specsmooth.edge_aware.result import EdgeAwareResult
+    from meshlab_specsmooth.edge_aware.settings import Denoising, EdgeAware, EdgeAwareRegion
     from meshlab_specsmooth.errors import (
         ClusterError,
         FileError,
@@ -98,11 +100,9 @@ _NAMES = {
     ),
     "comparison.comparison": ("Comparison",),
     "comparison.competitors": ("Competitor",),
-    "edge_aware": (
-        "EdgeAwareResult",
-        "denoise",
-        "smooth_edge_aware",
-    ),
+    "edge_aware.api": ("denoise", "smooth_edge_aware"),
+    "edge_aware.result": ("EdgeAwareResult",),
+    "edge_aware.settings": ("Denoising", "EdgeAware", "EdgeAwareRegion"),
     "errors": (
         "ClusterError",
         "FileError",
@@ -151,6 +151,9 @@ __all__ = [
     "Comparison",
     "Competitor",
     "ConsideredSetting",
+    "Denoising",
+    "EdgeAware",
+    "EdgeAwareRegion",
     "EdgeAwareResult",
     "Enhancement",
     "ErrorEstimate",

@@ -34,7 +34,7 @@ NAMES = {
     **dict.fromkeys(("Smoothing", "LowPass", "Enhancement", "Region"), "smoothing.settings"),
     "SmoothingResult": "smoothing.result",
     "Choice": "smoothing.choice",
-    **dict.fromkeys(("EdgeAware", "EdgeAwareRegion"), "edge_aware.settings"),
+    **dict.fromkeys(("Denoising", "EdgeAware", "EdgeAwareRegion"), "edge_aware.settings"),
     "EdgeAwareResult": "edge_aware.result",
 }
 
@@ -72,9 +72,18 @@ def make_stub(module: str) -> str:
                 lines.append(source)
             else:
                 by_module.setdefault(source, []).append(name)
-    own = [f"from meshlab_specsmooth.{source} import {', '.join(names)}" for source, names in by_module.items()]
+    own = [import_line(source, names) for source, names in by_module.items()]
     blocks = [each for each in ("\n".join(lines), "\n".join(sorted(own))) if each]
     return HEAD.format(module=f"``meshlab_specsmooth.{module}``", imports="\n\n".join(blocks)) + bodies
+
+
+def import_line(source: str, names: list[str]) -> str:
+    """An import as the formatter leaves it."""
+    line = f"from meshlab_specsmooth.{source} import {', '.join(sorted(names))}"
+    if len(line) <= 120:
+        return line
+    rows = "".join(f"    {name},\n" for name in sorted(names))
+    return f"from meshlab_specsmooth.{source} import (\n{rows})"
 
 
 def make_function(function) -> str:
