@@ -3,11 +3,8 @@ import pytest
 
 import meshlab_specsmooth as mss
 from meshlab_specsmooth.graph.build import mesh_graph
-from meshlab_specsmooth.operators.laplacians import (
-    barycenters,
-    gram_of_barycenters,
-    laplacian_of_kind,
-)
+from meshlab_specsmooth.operators.barycenters import barycenters, gram_of_barycenters
+from meshlab_specsmooth.operators.laplacians import laplacian_of_kind
 from tests.meshes import TETRAHEDRON, TRIANGLE, flaws, rough, sheet, torus, torus_eigenvalue, torus_graph, wave
 
 
@@ -106,5 +103,7 @@ def test_the_gram_matrix_of_the_barycenters_needs_no_matrix(mesh):
     graph = mesh_graph(F.astype(np.int32), len(V))
     gram = gram_of_barycenters(graph)
     C = barycenters(F, len(V))
-    whole = np.diag(gram.diagonal[:, 0]) + gram.edge * graph.graph.adjacency().toarray() + gram.odd.toarray()
+    whole = (
+        np.diag(gram.diagonal[:, 0]) + gram.regular_edge * graph.graph.adjacency().toarray() + gram.irregular.toarray()
+    )
     assert whole == pytest.approx((C.T @ C).toarray())

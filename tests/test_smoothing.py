@@ -10,6 +10,7 @@ import meshlab_specsmooth as mss
 from meshlab_specsmooth.geometry.surface import signed_volume
 from meshlab_specsmooth.operators import reconstruction
 from meshlab_specsmooth.runtime import memory
+from meshlab_specsmooth.runtime.workspace import Workspace
 from meshlab_specsmooth.spectral.response import RESPONSES, response
 from tests.meshes import (
     TETRAHEDRON,
@@ -387,33 +388,33 @@ def test_what_is_prepared_is_told_in_a_line():
 
 
 @BOTH_METHODS
-def test_runs_of_one_preparation_share_memory_and_do_not_feel_each_other(method):
+def test_runs_share_a_workspace_without_affecting_each_other(method):
     weights = [0.5, 1.0, 2.0, 0.5, 1.0, 2.0]
     alone = [
         mss.smooth(mss.assemble(*OPEN), method=method, barycenter_weight=w, iterations=2).vertices for w in weights
     ]
-    ops = mss.assemble(*OPEN)
+    ops, workspace = mss.assemble(*OPEN), Workspace()
 
     def run(weight):
-        return mss.smooth(ops, method=method, barycenter_weight=weight, iterations=2).vertices
+        return mss.smooth(ops, method=method, barycenter_weight=weight, iterations=2, workspace=workspace).vertices
 
     with ThreadPoolExecutor(3) as pool:
         for together_ in (map(run, weights), pool.map(run, weights)):
             assert all(np.array_equal(*pair) for pair in zip(together_, alone, strict=True))
-    kept = [prepared.workspace.borrow(OPEN[0]) for _ in range(len(prepared.workspace))]
+    kept = [workspace.borrow(OPEN[0]) for _ in range(len(workspace))]
     assert 0 < len(kept) <= 6
     assert {array.shape for array in kept} == {OPEN[0].shape}
     assert len({id(array) for array in kept}) == len(kept)
 
 
-def test_a_run_has_its_memory_for_itself_while_others_run():
-    """A run inside of another, at many of the places where threads could take turns as well."""
+def test_a_run_inside_of_another_shares_its_workspace():
+    """At many of the places where threads could take turns as well."""
 
     def run(weight, progress=None):
-        found = mss.smooth(ops, method="chebyshev", barycenter_weight=weight, iterations=2, progress=progress)
-        return found.vertices
+        given = {"method": "chebyshev", "barycenter_weight": weight, "iterations": 2}
+        return mss.smooth(ops, **given, workspace=workspace, progress=progress).vertices
 
-    ops = mss.assemble(*OPEN)
+    ops, workspace = mss.assemble(*OPEN), Workspace()
     alone, between = run(0.5).copy(), run(2.0).copy()
     others = []
 
