@@ -15,7 +15,7 @@ from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.geometry.surface import LARGEST_EXPONENT, check_extent
 from meshlab_specsmooth.noise.model import Noise
 from meshlab_specsmooth.operators.assemble import Operators, assemble_any
-from meshlab_specsmooth.parameters import BANDS, check_count
+from meshlab_specsmooth.parameters import BAND_BOUNDS, check_count
 from meshlab_specsmooth.risk.estimate_error import estimate_noise_of
 from meshlab_specsmooth.runtime import blocks
 from meshlab_specsmooth.spectral import density, eigenbasis
@@ -117,7 +117,7 @@ def spectrum(
     >>> mss.spectrum(octahedron, faces).eigenvalue.round(9) + 0.0
     array([0. , 1. , 1. , 1. , 1.5, 1.5])
     """
-    bands = check_count("bands", bands, *BANDS)
+    bands = check_count("bands", bands, *BAND_BOUNDS)
     ops = assemble_any(mesh, faces, laplacian)
     if len(ops.active) == 0:
         raise InvalidParameter("a mesh without edges has no spectrum")

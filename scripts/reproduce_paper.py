@@ -26,8 +26,9 @@ from matplotlib.figure import Figure  # noqa: E402
 import meshlab_specsmooth as mss  # noqa: E402
 from meshlab_specsmooth.comparison.metrics import add_noise, normal_error, vertex_error, volume_change  # noqa: E402
 from meshlab_specsmooth.geometry.surface import Surface, face_vectors  # noqa: E402
-from meshlab_specsmooth.meshlab import files, meshset  # noqa: E402
+from meshlab_specsmooth.meshlab import mesh_files, meshset  # noqa: E402
 from meshlab_specsmooth.report.pictures import Panel, front, picture  # noqa: E402
+from meshlab_specsmooth.runtime import atomic  # noqa: E402
 from meshlab_specsmooth.spectral import eigenbasis  # noqa: E402
 from meshlab_specsmooth.spectral.chebyshev import approximate  # noqa: E402
 from meshlab_specsmooth.spectral.density import estimate_density  # noqa: E402
@@ -63,10 +64,10 @@ HEADER = "| | normals, degrees | vertices, edges (RMS) | volume, % | distortion 
 
 def bunny(vertices: "int | None" = None) -> Surface:
     """The bunny, or a coarser one with about so many vertices."""
-    ms = files.read(files.sample("bunny.obj"))
+    ms = mesh_files.read(mesh_files.sample("bunny.obj"))
     if vertices is not None:
         ms.meshing_decimation_quadric_edge_collapse(targetfacenum=2 * vertices, preservetopology=True)
-    return Surface(*meshset.pull(ms))
+    return Surface(*meshset.get_arrays(ms))
 
 
 def shapes(surface: Surface) -> np.ndarray:
@@ -300,7 +301,7 @@ def main() -> None:
         panels += [Panel(row.name.replace(", ", "\n", 1), row.surface) for row in rows]
         picture(out / f"table1_{n}_vertices.png", panels, [front(truth)])
     text = words(sizes)
-    files.write_text(out / "paper.md", text)
+    atomic.write_text(out / "paper.md", text)
     print(text)
     print(f"written: {', '.join(sorted(str(path) for path in out.iterdir()))}")
 

@@ -13,7 +13,7 @@ from meshlab_specsmooth.graph import backend, face_adjacency_numba, face_adjacen
 from meshlab_specsmooth.graph.face_adjacency import MAX_FACES_OF_A_VERTEX
 from meshlab_specsmooth.graph.face_kernels_numba import NumbaFaceKernels
 from meshlab_specsmooth.graph.face_kernels_scipy import ScipyFaceKernels
-from meshlab_specsmooth.meshlab import files, meshset
+from meshlab_specsmooth.meshlab import mesh_files, meshset
 from meshlab_specsmooth.operators import patches
 from tests.meshes import box, flaws, meshes, rough, sheet, torus
 
@@ -364,7 +364,7 @@ def test_far_impulses_on_a_box_do_not_cost_its_edges():
 
 def test_a_clean_coarse_model_is_left_alone():
     cow = Path(pymeshlab.__file__).parent / "tests" / "sample_meshes" / "cow.obj"
-    V, F = meshset.pull(files.read(cow))
+    V, F = meshset.get_arrays(mesh_files.read(cow))
     result = mss.denoise(V, F)
     assert result.noise.kind == "none"
     assert result.displacement < 0.02 * result.noise.mean_edge

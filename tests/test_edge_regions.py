@@ -16,7 +16,7 @@ from meshlab_specsmooth.edge_aware import pieces
 from meshlab_specsmooth.geometry.surface import boundary_vertices, face_vectors
 from meshlab_specsmooth.graph.creases import cut_along, cut_graph, find_creases
 from meshlab_specsmooth.graph.face_adjacency_scipy import face_graph
-from meshlab_specsmooth.meshlab import creases, files, filters, meshset
+from meshlab_specsmooth.meshlab import creases, filters, mesh_files, meshset
 from meshlab_specsmooth.meshlab.creases import selected_edges
 from meshlab_specsmooth.operators import patches
 from tests import state
@@ -326,7 +326,7 @@ def test_selected_edges_are_creases(name):
     selected = meshset.new(*BOX)
     selected.compute_selection_crease_per_edge(angledegneg=-45, angledegpos=45)
     assert np.array_equal(selected_edges(selected), np.unique(np.sort(PAIRS, axis=1), axis=0))
-    meshset.push(selected, noisy[0])
+    meshset.set_vertices(selected, noisy[0])
     before = state.of_meshset(selected)
     assert len(selected_edges(selected)) == len(PAIRS)
     assert state.differences(before, state.of_meshset(selected)) == []
@@ -360,8 +360,8 @@ def test_the_command_takes_them_and_says_it_once(tmp_path, capsys):
         assert main([command, str(path), str(out), "--boundary", "fixed"]) == 0
         assert capsys.readouterr().err.count(line) == 1
     selected = np.arange(1080) < 700
-    V, _ = meshset.pull(files.read(path))
-    written, _ = meshset.pull(files.read(out))
+    V, _ = meshset.get_arrays(mesh_files.read(path))
+    written, _ = meshset.get_arrays(mesh_files.read(out))
     still = ~selected | RIM
     assert np.array_equal(written[still], V[still])
     assert (written[~still] != V[~still]).any(axis=1).all()

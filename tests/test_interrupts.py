@@ -11,7 +11,7 @@ import pymeshlab
 import pytest
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth.meshlab import filters, meshset, scripts
+from meshlab_specsmooth.meshlab import commit, filters, meshset, scripts, verbosity
 from meshlab_specsmooth.runtime.interrupts import DeferInterrupts, all_or_nothing
 from tests import state
 from tests.meshes import rough, torus
@@ -148,7 +148,7 @@ def test_a_change_is_undone_to_its_end_however_often_it_is_interrupted(moment, a
 def test_a_script_that_is_interrupted_stops_between_filters_and_keeps_the_script_of_the_meshset(monkeypatch):
     ms = meshset.new(*rough(torus(20, 12)))
     ms.apply_coord_taubin_smoothing(stepsmoothnum=1)
-    before, kept = state.of_meshset(ms), scripts.of(ms)
+    before, kept = state.of_meshset(ms), scripts.script_of(ms)
 
     def interrupted(*_, **__):
         ctrl_c()
@@ -158,7 +158,7 @@ def test_a_script_that_is_interrupted_stops_between_filters_and_keeps_the_script
     script = scripts.Script("s", (scripts.Step("Spectral Smooth", (), 0), scripts.Step("Laplacian Smooth", (), 0)))
     with pytest.raises(KeyboardInterrupt):
         scripts.run(ms, script, step)
-    assert scripts.of(ms) == kept
+    assert scripts.script_of(ms) == kept
     assert state.differences(before, state.of_meshset(ms)) == []
 
     monkeypatch.setattr(scripts, "_NATIVE_APPLY", lambda _: ctrl_c())
@@ -187,7 +187,7 @@ def test_an_interrupt_during_a_call_of_pymeshlab_s_leaves_the_meshset_as_it_was(
     monkeypatch.undo()
     assert calls
     assert state.differences(before, state.of_meshset(laden)) == []
-    assert any(meshset.verbosity_of(laden)) == verbose
+    assert any(verbosity.verbosity_of(laden)) == verbose
 
 
 def test_an_interrupted_transfer_of_quality_puts_the_old_one_back(laden, monkeypatch):
@@ -199,7 +199,7 @@ def test_an_interrupted_transfer_of_quality_puts_the_old_one_back(laden, monkeyp
 
     monkeypatch.setattr(pymeshlab.MeshSet, "transfer_attributes_per_vertex", interrupted)
     with pytest.raises(KeyboardInterrupt):
-        meshset.push_quality(laden, np.full(laden.current_mesh().vertex_number(), 7.5))
+        commit.write(laden, commit.Change(quality=np.full(laden.current_mesh().vertex_number(), 7.5)))
     assert state.differences(before, state.of_meshset(laden)) == []
 
 
@@ -208,7 +208,7 @@ CHILD = """
 import os, random, signal, sys, threading, time
 import numpy as np
 import meshlab_specsmooth as mss
-from meshlab_specsmooth.meshlab import filters, meshset
+from meshlab_specsmooth.meshlab import filters, meshset, verbosity
 from meshlab_specsmooth.runtime import interrupts
 from tests import state
 from tests.meshes import torus
@@ -231,14 +231,14 @@ def without_numbers(ms, vertices, faces, method, values, progress):
     return result
 
 
-filters._smoothed = without_numbers
+filters._apply = without_numbers
 
 
 def everything():
     found = state.of_meshset(ms)
     del found["meshes"][0]["vertex normals"]  # recomputed, they may differ in their last digit
     del found["meshes"][0]["face normals"]
-    found["verbosity"] = meshset.verbosity_of(ms)
+    found["verbosity"] = verbosity.verbosity_of(ms)
     return found
 
 

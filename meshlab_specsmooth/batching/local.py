@@ -19,7 +19,7 @@ from pathlib import Path
 from meshlab_specsmooth.batching.work import CRASHED, Job, Outcome, failure
 from meshlab_specsmooth.batching.worker import serve
 from meshlab_specsmooth.isolation import processes
-from meshlab_specsmooth.parameters import MOST_WORKERS, check_count, check_number
+from meshlab_specsmooth.parameters import MAX_WORKERS, check_count, check_number
 from meshlab_specsmooth.runtime import memory, temporary
 from meshlab_specsmooth.runtime.interrupts import DeferInterrupts
 
@@ -93,7 +93,7 @@ def outcomes(jobs: Sequence[tuple[Job, int]], workers: int | None, time_limit: f
         At once: ``workers`` is less than 1, or ``time_limit`` not positive.
     """
     most = _processors() if workers is None else workers
-    check_count("workers", most, 1, MOST_WORKERS)
+    check_count("workers", most, 1, MAX_WORKERS)
     time_limit = check_time_limit(time_limit)
     return _outcomes(jobs, min(most, len(jobs)), time_limit)
 

@@ -23,8 +23,7 @@ from typing import Any
 from meshlab_specsmooth.batching.work import CRASHED, FAILED, Job, Outcome, failure, run, warm_up
 from meshlab_specsmooth.errors import FileError
 from meshlab_specsmooth.isolation import copies
-from meshlab_specsmooth.meshlab import files
-from meshlab_specsmooth.runtime import memory, temporary
+from meshlab_specsmooth.runtime import atomic, memory, temporary
 
 
 def serve(work: Callable[[Job], Outcome] = run) -> None:
@@ -55,7 +54,7 @@ def _done(work: Callable[[Job], Outcome], job: Job, limit: int) -> Outcome:
     copy = copies.start()
     if copy.process == 0:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
-        with files.postponed() as written, memory.limited(limit):
+        with atomic.postponed() as written, memory.limited(limit):
             outcome = work(job)
         if not outcome.is_there:
             copies.Left(written).discard()

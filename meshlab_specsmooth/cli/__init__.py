@@ -20,9 +20,8 @@ from meshlab_specsmooth.cli import batch, compare, demo, denoise, filters, run, 
 from meshlab_specsmooth.cli.progress import notice
 from meshlab_specsmooth.errors import InvalidParameter, Slow, SpecsmoothError, suggest
 from meshlab_specsmooth.isolation import copies
-from meshlab_specsmooth.meshlab import files
 from meshlab_specsmooth.meshlab.parameters import PyMeshLabException
-from meshlab_specsmooth.runtime import temporary
+from meshlab_specsmooth.runtime import atomic, temporary
 from meshlab_specsmooth.version import VERSION
 
 DONE, FAILED, USAGE = 0, 1, 2
@@ -132,7 +131,7 @@ def _run_in_a_copy(given: argparse.Namespace, file: str) -> int:
         if getattr(given, "writes_at_once", False):
             given.run(given)
             return DONE
-        with files.postponed() as written, contextlib.redirect_stdout(io.StringIO()) as printed:
+        with atomic.postponed() as written, contextlib.redirect_stdout(io.StringIO()) as printed:
             given.run(given)
         copies.hand_over(copy, written, printed.getvalue())
         return DONE

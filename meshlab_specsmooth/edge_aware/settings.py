@@ -10,8 +10,8 @@ from meshlab_specsmooth.choices import Criterion
 from meshlab_specsmooth.describe import count_of
 from meshlab_specsmooth.parameters import (
     MAX_FACE_ITERATIONS,
-    RANGE_SIGMAS,
-    STRENGTHS,
+    RANGE_SIGMA_BOUNDS,
+    STRENGTH_BOUNDS,
     check_barycenter_weight,
     check_choice,
     check_count,
@@ -67,10 +67,10 @@ class EdgeAware(Setting):
         weight = self.barycenter_weight
         self._set(
             criterion=check_choice("criterion", self.criterion, CRITERIA),
-            strength=None if self.strength is None else check_number("strength", self.strength, *STRENGTHS),
+            strength=None if self.strength is None else check_number("strength", self.strength, *STRENGTH_BOUNDS),
             range_sigma=None
             if self.range_sigma is None
-            else check_number("range_sigma", self.range_sigma, *RANGE_SIGMAS),
+            else check_number("range_sigma", self.range_sigma, *RANGE_SIGMA_BOUNDS),
             iterations=None
             if self.iterations is None
             else check_count("iterations", self.iterations, 0, MAX_FACE_ITERATIONS),

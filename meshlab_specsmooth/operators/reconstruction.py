@@ -116,11 +116,12 @@ class _NormalMatrix:
 
     def matvec(self, p: Floats, scratch: Floats, q: Floats) -> Floats:
         """``q`` becomes A p, overwriting ``scratch``; returns (3,) p . q."""
-        n, kernels, free = len(p), self.L.kernels, self.free
-        edge, diagonal = self.gram.regular_edge, self.gram.diagonal
+        n, kernels, gram, edge = len(p), self.L.kernels, self.gram, self.gram.regular_edge
         sums = np.empty((blocks.count(n), COLUMNS))
         blocks.parallel_for(lambda i, j: kernels.normal_matvec_1(i, j, p, self.rows, edge, scratch), n)
-        blocks.parallel_for(lambda i, j: kernels.normal_matvec_2(i, j, p, scratch, free, edge, diagonal, q, sums), n)
+        blocks.parallel_for(
+            lambda i, j: kernels.normal_matvec_2(i, j, p, scratch, self.free, edge, gram.diagonal, q, sums), n
+        )
         pAp = sums.sum(axis=0)
         at, entries = self.irregular
         if len(at):
@@ -181,8 +182,9 @@ def solve(
     NotConverged
         After :data:`MAX_ITERATIONS`, with the residual that was reached.
     """
+    w2 = weight * weight
     free, rows = (None, None) if constraints is None else (constraints.free, constraints.rows)
-    A = _NormalMatrix(L, gram.scaled(weight * weight), free, rows)
+    A = _NormalMatrix(L, gram.scaled(w2), free, rows)
     work = Workspace() if workspace is None else workspace
     scratch = work.borrow(change)
     # L^T R change = D L D^-1 R change
@@ -247,6 +249,17 @@ def solve(
     return Solution(x, iterations, float(reached.max()))
 
 
+def reconstruct(
+    L: Laplacian, gram: Gram, X: Floats, weight: float, change: Floats | None = None, rtol: float = TOLERANCE
+) -> Floats:
+    """(n, 3) surface of least |L V' - L X - change|^2 + w^2 |C V' - C X|^2: the solution added to the positions.
+
+    Without ``change`` no differential coordinates are kept, as with a very low cut-off. ``rtol`` is the relative error
+    of the displacement.
+    """
+    return np.asarray(X + solve(L, gram, weight, -(L @ X) if change is None else change, rtol=rtol).displacement)
+
+
 def _or_one(column: Floats | None) -> Floats | float:
     return 1.0 if column is None else column
 
@@ -262,14 +275,3 @@ def _update_residual(L: Laplacian, alpha: Floats, q: Floats, m: Floats, r: Float
 def _update_direction(L: Laplacian, alpha: Floats, beta: Floats, m: Floats, r: Floats, x: Floats, p: Floats) -> None:
     """``x`` becomes x + alpha p, then ``p`` m r + beta p."""
     blocks.parallel_for(lambda i, j: L.kernels.update_direction(i, j, alpha, beta, m, r, x, p), len(r))
-
-
-def reconstruct(
-    L: Laplacian, gram: Gram, X: Floats, weight: float, change: Floats | None = None, rtol: float = TOLERANCE
-) -> Floats:
-    """(n, 3) surface of least |L V' - L X - change|^2 + w^2 |C V' - C X|^2: step 3 without constraints.
-
-    Without ``change`` no differential coordinates are kept, as with a very low cut-off. ``rtol`` is the relative error
-    of the displacement.
-    """
-    return np.asarray(X + solve(L, gram, weight, -(L @ X) if change is None else change, rtol=rtol).displacement)

@@ -15,7 +15,7 @@ from meshlab_specsmooth.comparison.competitors import Competitor
 from meshlab_specsmooth.comparison.experiment import experiment
 from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.geometry.surface import Surface
-from meshlab_specsmooth.parameters import LARGEST_SEED, check_count, check_path, show
+from meshlab_specsmooth.parameters import MAX_SEED, check_count, check_path, show
 from meshlab_specsmooth.report import page
 from meshlab_specsmooth.runtime.bars import begin
 from meshlab_specsmooth.runtime.progress import Progress, subrange
@@ -94,7 +94,7 @@ def compare(
     'Take specsmooth automatic; the truth agrees'
     """
     progress = begin(progress, "comparing")
-    seed = check_count("seed", seed, 0, LARGEST_SEED)
+    seed = check_count("seed", seed, 0, MAX_SEED)
     if name is not None and not isinstance(name, str):
         raise InvalidParameter(f"name is {show(name)}; it must be a string")
     if out is not None:

@@ -7,9 +7,9 @@ import os
 import numpy as np
 
 from meshlab_specsmooth.errors import MissingExtra
-from meshlab_specsmooth.meshlab import files
 from meshlab_specsmooth.operators.reconstruction import transfer_function
 from meshlab_specsmooth.power_spectrum import Spectrum
+from meshlab_specsmooth.runtime import atomic
 from meshlab_specsmooth.spectral.response import Response
 
 _SIZE = (10.0, 7.5)  # inches
@@ -86,5 +86,5 @@ def spectrum_plot(
         ),
     )
     top.set_xlabel("wavelength (mesh units)")
-    with files.replacing(path) as part:
+    with atomic.atomic_write(path) as part:
         figure.savefig(part, format="png")

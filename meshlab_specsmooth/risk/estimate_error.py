@@ -21,9 +21,9 @@ from meshlab_specsmooth.noise.sample import sample
 from meshlab_specsmooth.operators.assemble import Operators, assemble_any
 from meshlab_specsmooth.operators.patches import find_interior
 from meshlab_specsmooth.parameters import (
-    LARGEST_SEED,
-    MOST_PROBES,
-    NOISE_IN_EXTENTS,
+    MAX_PROBES,
+    MAX_SEED,
+    NOISE_BOUNDS_IN_EXTENTS,
     check_choice,
     check_count,
     check_function,
@@ -282,8 +282,8 @@ def prepare_probe(
     ops: Operators, *, noise: Noise | float | None = None, probes: int = _PROBES, seed: int = 0
 ) -> SurfaceProbe:
     """Prepare :func:`estimate_error` for one surface and any number of filters; parameters and errors are the same."""
-    probes = check_count("probes", probes, 1, MOST_PROBES)
-    seed = check_count("seed", seed, 0, LARGEST_SEED)
+    probes = check_count("probes", probes, 1, MAX_PROBES)
+    seed = check_count("seed", seed, 0, MAX_SEED)
     check_extent(ops.exponent, LARGEST_EXPONENT, "risk, which is the square of an error")
     n = ops.L.size
     require(_BYTES_PER_DRAW * (probes + 2) * n, f"{probes} probes of {n} vertices")
@@ -305,7 +305,7 @@ def prepare_probe(
 
 def _check_level(name: str, given: object, exponent: int) -> float:
     """A level of noise in mesh units, over the mesh's extent 2^exponent."""
-    low, high = np.ldexp(NOISE_IN_EXTENTS, exponent)
+    low, high = np.ldexp(NOISE_BOUNDS_IN_EXTENTS, exponent)
     what = f"a length from {low:.3g} to {high:.3g} in mesh units, or what estimate_noise returns"
     return float(np.ldexp(check_number(name, given, low, high, what), -exponent))
 

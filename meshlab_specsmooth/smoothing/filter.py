@@ -80,19 +80,10 @@ class _Barycenters:
         start: Floats | None,
         workspace: Workspace,
     ) -> Solution:
-        """Step 3, to a tolerance for the lowest weight; ``change`` is overwritten."""
+        """Step 3, to a tolerance for the lowest weight."""
         rtol = TOLERANCE if self.factor == self.lowest else tolerance(self.lowest)
         return solve(
-            L,
-            self.gram,
-            self.factor,
-            change,
-            progress,
-            constraints,
-            start,
-            rtol,
-            workspace,
-            overwrite_change=True,
+            L, self.gram, self.factor, change, progress, constraints, start, rtol, workspace, overwrite_change=True
         )
 
 
@@ -148,9 +139,9 @@ def smooth_by_setting(
         )
 
     def remove(
-        L: Laplacian, filter_: SpectralFilter, delta: Floats, report: Progress | None, workspace: Workspace
+        L: Laplacian, filter_: SpectralFilter, delta: Floats, report: Progress | None, work: Workspace
     ) -> Floats:
-        change = filter_.apply(L, delta, report, workspace)
+        change = filter_.apply(L, delta, report, work)
         change -= delta
         return change
 
@@ -197,9 +188,9 @@ def enhance_by_setting(
         )
 
     def amplify(
-        L: Laplacian, filter_: SpectralFilter, delta: Floats, report: Progress | None, workspace: Workspace
+        L: Laplacian, filter_: SpectralFilter, delta: Floats, report: Progress | None, work: Workspace
     ) -> Floats:
-        change = filter_.apply(L, delta, report, workspace)
+        change = filter_.apply(L, delta, report, work)
         change *= setting.gain - 1
         return change
 
@@ -244,7 +235,7 @@ def _run(
     guess: Floats | None = None,
 ) -> SmoothingResult:
     """The three steps; where the boundary is smoothed along itself, on its curve first."""
-    workspace = Workspace() if workspace is None else workspace
+    work = Workspace() if workspace is None else workspace
     iterations = setting.iterations if isinstance(setting, Smoothing) else 1
     displacement, solutions = np.zeros((1, 1)), []
     announce(progress, "smoothing")
@@ -254,10 +245,10 @@ def _run(
         step_2 = subrange(progress, number / iterations, sweeping / iterations)
         step_3 = subrange(progress, (number + sweeping) / iterations, (1 - sweeping) / iterations)
         V = ops.positions + displacement if number else ops.positions
-        delta = ops.L.product(V, workspace.borrow(V))
+        delta = ops.L.product(V, work.borrow(V))
         if region.is_constrained:
             delta *= region.rows
-        change = change_of(ops.L, across.filter, delta, step_2, workspace)
+        change = change_of(ops.L, across.filter, delta, step_2, work)
         if region.is_partial:
             change *= region.change
         constraints = None
@@ -268,11 +259,11 @@ def _run(
                     ops, ops.boundary, V, change_of, across, along, region, held
                 )
             constraints = Constraints(region.free, region.rows, prescribed)
-        workspace.give_back(delta)
-        solutions.append(held.solve(ops.L, change, step_3, constraints, None if number else guess, workspace))
+        work.give_back(delta)
+        solutions.append(held.solve(ops.L, change, step_3, constraints, None if number else guess, work))
         displacement = displacement + solutions[-1].displacement if number else solutions[-1].displacement
     result = make_result(ops, displacement, across, held.given, solutions, setting, began)
-    workspace.give_back(displacement)
+    work.give_back(displacement)
     if progress is not None:
         progress(1.0)
     return result

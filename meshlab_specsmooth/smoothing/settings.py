@@ -16,7 +16,7 @@ from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.choices import Boundary, Criterion, Method, ModeCount, ResponseName
 from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.parameters import (
-    GAINS,
+    GAIN_BOUNDS,
     MAX_ITERATIONS,
     check_barycenter_weight,
     check_choice,
@@ -253,7 +253,7 @@ class Enhancement(Setting):
         self._set(
             longest=None if self.longest is None else check_length("longest", self.longest),
             shortest=None if self.shortest is None else check_length("shortest", self.shortest),
-            gain=check_number("gain", self.gain, *GAINS),
+            gain=check_number("gain", self.gain, *GAIN_BOUNDS),
             response=response if callable(response) else check_choice("response", response, LOW_PASSES),
             barycenter_weight=check_barycenter_weight(self.barycenter_weight),
             method=check_choice("method", self.method, METHODS),
@@ -295,7 +295,7 @@ class Region(Setting):
     def __post_init__(self) -> None:
         self._set(
             boundary=check_choice("boundary", self.boundary, BOUNDARIES),
-            feature_gain=check_number("feature_gain", self.feature_gain, *GAINS),
+            feature_gain=check_number("feature_gain", self.feature_gain, *GAIN_BOUNDS),
         )
 
 
