@@ -1,3 +1,4 @@
+import json
 from pathlib import Path
 
 import numpy as np
@@ -109,8 +110,9 @@ def test_what_is_given_is_not_chosen():
 
 def test_what_was_chosen_does_the_same_when_it_is_given(smoothed):
     """All of a setting can be given, so that a result needs no search to be made again."""
-    chosen = {name: getattr(smoothed, name) for name in vars(smoothed.considered[0].setting)}
-    assert apart(mss.smooth_edge_aware(*NOISY, **chosen).vertices, smoothed.vertices) == 0
+    assert apart(mss.smooth_edge_aware(*NOISY, smoothed.setting).vertices, smoothed.vertices) == 0
+    stored = json.loads(json.dumps(smoothed.setting.to_dict()))
+    assert mss.EdgeAware.from_dict(stored) == smoothed.setting
 
 
 def test_deterministic_and_its_input_is_not_changed():

@@ -19,7 +19,6 @@ from meshlab_specsmooth.graph.build import from_edges, mesh_graph
 from meshlab_specsmooth.graph.laplacian import Laplacian, laplacian
 from meshlab_specsmooth.graph.vertex_kernels_numba import NumbaVertexKernels
 from meshlab_specsmooth.graph.vertex_kernels_scipy import ScipyVertexKernels
-from meshlab_specsmooth.operators.assemble import assemble
 from meshlab_specsmooth.operators.laplacians import laplacian_of_kind
 from meshlab_specsmooth.runtime import backend, blocks
 from tests.meshes import TETRAHEDRON, flaws, meshes, rough, sheet, together, torus
@@ -224,7 +223,7 @@ def test_a_badly_ordered_mesh_is_put_in_order_inside_and_the_result_put_back():
     V, F, at = shuffled(LARGE)
     assert order.is_scattered(F.astype(np.int32), len(V))
     assert not order.is_scattered(LARGE[1].astype(np.int32), len(V))
-    ops = assemble(V, F)
+    ops = mss.assemble(V, F)
     assert np.array_equal(np.sort(ops.active), np.arange(len(V)))
     indices = ops.L.graph.indices.astype(np.int64)
     row = np.repeat(np.arange(len(V)), np.diff(ops.L.graph.indptr))
