@@ -43,7 +43,13 @@ from meshlab_specsmooth.smoothing.filter import (
     to_edges,
     with_displacement,
 )
-from meshlab_specsmooth.smoothing.region import check_region, exclude_vertices, explain_no_motion, resolve_region, spread_weights
+from meshlab_specsmooth.smoothing.region import (
+    check_region,
+    exclude_vertices,
+    explain_no_motion,
+    resolve_region,
+    spread_weights,
+)
 from meshlab_specsmooth.smoothing.result import SmoothingResult, add_warnings
 from meshlab_specsmooth.smoothing.settings import EVERYWHERE, Region, Smoothing
 from meshlab_specsmooth.smoothing.tangential import (
