@@ -18,6 +18,7 @@ from meshlab_specsmooth.graph.creases import cut_along, cut_graph, find_creases
 from meshlab_specsmooth.graph.face_adjacency_scipy import face_graph
 from meshlab_specsmooth.meshlab import creases, filters, mesh_files, meshset
 from meshlab_specsmooth.meshlab.creases import selected_edges
+from meshlab_specsmooth.meshlab.parameters import RefusedParameter
 from meshlab_specsmooth.operators import patches
 from tests import state
 from tests.meshes import rough, sheet, torus
@@ -342,7 +343,7 @@ def test_selected_edges_are_creases(name):
             filters.FILTERS[name](selected, **wrong)
     with pytest.raises(mss.InvalidParameter, match="no edge is selected"):
         filters.FILTERS[name](by_angle, creases="edge_selection")
-    assert issubclass(filters.RefusedParameter, pymeshlab.PyMeshLabException)
+    assert issubclass(RefusedParameter, pymeshlab.PyMeshLabException)
 
 
 def test_edges_that_are_written_in_another_way_are_an_error_with_a_remedy(monkeypatch):
