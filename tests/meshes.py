@@ -14,7 +14,7 @@ from scipy.sparse import csr_array
 from meshlab_specsmooth.geometry.surface import Surface, mean_edge_length, vertex_normals
 from meshlab_specsmooth.graph.build import mesh_graph
 from meshlab_specsmooth.graph.laplacian import Laplacian, laplacian
-from meshlab_specsmooth.smoothing.api import prepare
+from meshlab_specsmooth.operators.assemble import assemble
 
 Floats = npt.NDArray[np.float64]
 Mesh = tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]
@@ -135,7 +135,7 @@ def kinds_of_noise(mesh: Mesh) -> Iterator[tuple[str, Floats]]:
     yield "directional", V + [0, 0, 1] * (0.3 * edge * rng.standard_normal(n))[:, None]
     step = 0.35 * edge
     yield "quantized", np.round(V / step) * step
-    walk = prepare(V, F).L
+    walk = assemble(V, F).L
     field = rng.standard_normal((n, 3))
     for _ in range(3):
         field -= 6 / 7 * (walk @ field)

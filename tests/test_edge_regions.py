@@ -3,6 +3,8 @@
 import numpy as np
 import pymeshlab
 import pytest
+from meshlab_specsmooth.edge_aware.filtering import low_pass
+from meshlab_specsmooth.edge_aware.regions import Region
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
@@ -11,8 +13,6 @@ from meshlab_specsmooth.cli import main
 from meshlab_specsmooth.comparison.metrics import normal_error
 from meshlab_specsmooth.edge_aware import mesh as mesh_of_edges
 from meshlab_specsmooth.edge_aware import pieces
-from meshlab_specsmooth.edge_aware.filtering import low_pass
-from meshlab_specsmooth.edge_aware.regions import Region
 from meshlab_specsmooth.geometry.surface import boundary_vertices, face_vectors
 from meshlab_specsmooth.graph.creases import cut_along, cut_graph, find_creases
 from meshlab_specsmooth.graph.face_adjacency_scipy import face_graph

@@ -88,11 +88,11 @@ def test_a_descriptor_of_any_bytes_is_read_or_refused(data):
 @given(st.one_of(soup, damaged([SCRIPT])))
 def test_a_script_of_any_bytes_is_read_or_refused(data):
     with contextlib.suppress(mss.InvalidXml):
-        script = scripts._script(data, "x.mlx")
+        script = scripts._parse_script(data, "x.mlx")
         ours = scripts._ours()
         for step in script.steps:
             if step.name in ours:
-                scripts._values(step, ours[step.name], script.source)
+                scripts._parse_values(step, ours[step.name], script.source)
 
 
 @pytest.mark.parametrize(

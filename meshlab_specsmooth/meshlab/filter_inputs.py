@@ -11,7 +11,7 @@ import pymeshlab
 from meshlab_specsmooth.arrays import Floats, Integers
 from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.meshlab.creases import selected_edges
-from meshlab_specsmooth.operators.boundary import ALL_KEPT, NOTHING_SELECTED
+from meshlab_specsmooth.smoothing.region import ALL_KEPT, NOTHING_SELECTED
 
 
 def keyword_arguments(ms: pymeshlab.MeshSet, values: dict[str, Any], *optional: str) -> dict[str, Any]:

@@ -15,7 +15,8 @@ import pymeshlab
 
 from meshlab_specsmooth.arrays import Floats, Integers
 from meshlab_specsmooth.describe import Report, Sentence, format_edges, format_length
-from meshlab_specsmooth.edge_aware import EdgeAwareResult, denoise, smooth_edge_aware
+from meshlab_specsmooth.edge_aware.api import denoise, smooth_edge_aware
+from meshlab_specsmooth.edge_aware.result import EdgeAwareResult
 from meshlab_specsmooth.geometry.surface import Surface, vertex_normals
 from meshlab_specsmooth.meshlab.commit import Change, average_coincident, check_finite, reachable_by_morph
 from meshlab_specsmooth.meshlab.filter_inputs import creases_of, keyword_arguments
@@ -23,13 +24,12 @@ from meshlab_specsmooth.meshlab.mesh_filter import FILTERS as FILTERS
 from meshlab_specsmooth.meshlab.mesh_filter import WRITING, mesh_filter
 from meshlab_specsmooth.meshlab.mesh_filter import quiet as quiet
 from meshlab_specsmooth.meshlab.meshset import get_arrays
+from meshlab_specsmooth.operators.assemble import BYTES_PER_VERTEX
 from meshlab_specsmooth.power_spectrum import spectrum
 from meshlab_specsmooth.runtime.memory import require
 from meshlab_specsmooth.runtime.progress import Progress, subrange
-from meshlab_specsmooth.smoothing.api import BYTES_PER_VERTEX, Prepared, SmoothingResult, assemble, warn_of_change
-
-# Fraction of the time of a call after which the operators are assembled
-_ASSEMBLY = 0.2
+from meshlab_specsmooth.smoothing.api import enhance, low_pass, smooth
+from meshlab_specsmooth.smoothing.result import SmoothingResult
 
 # Memory that pymeshlab needs while vertices are written: two point clouds, and the old vertices
 _WRITING_BYTES_PER_VERTEX = 205
@@ -79,7 +79,7 @@ def apply_coord_spectral_smoothing(
     >>> report["method"], report["residual"] < 1e-4
     ('exact', True)
     """  # noqa: D205 (the summary is in the descriptor)
-    return _smooth(ms, Prepared.smooth, values, progress)
+    return _smooth(ms, smooth, values, progress)
 
 
 @mesh_filter
@@ -101,7 +101,7 @@ def apply_coord_spectral_low_pass(
     >>> mss.apply_coord_spectral_low_pass(ms, modes=4)["modes"]
     4
     """  # noqa: D205 (the summary is in the descriptor)
-    return _smooth(ms, Prepared.low_pass, values, progress)
+    return _smooth(ms, low_pass, values, progress)
 
 
 @mesh_filter
@@ -123,7 +123,7 @@ def apply_coord_spectral_enhancement(
     >>> mss.apply_coord_spectral_enhancement(ms, gain=1.5)["displacement"] > 0
     True
     """  # noqa: D205 (the summary is in the descriptor)
-    return _smooth(ms, Prepared.enhance, values, progress)
+    return _smooth(ms, enhance, values, progress)
 
 
 @mesh_filter
@@ -191,7 +191,7 @@ def compute_scalar_by_spectral_displacement(
     True
     """  # noqa: D205 (the summary is in the descriptor)
     vertices, faces = get_arrays(ms)
-    result = _apply(ms, vertices, faces, Prepared.smooth, values, progress)
+    result = _apply(ms, vertices, faces, smooth, values, progress)
     check_finite(vertices, is_moved=False)
     normals = vertex_normals(Surface(result.vertices, faces))
     quality = average_coincident(vertices, ((result.vertices - vertices) * normals).sum(axis=1))
@@ -228,13 +228,13 @@ def get_spectrum(ms: pymeshlab.MeshSet, values: dict[str, Any], progress: Progre
 
 
 def _smooth(
-    ms: pymeshlab.MeshSet, method: Callable[..., SmoothingResult], values: dict[str, Any], progress: Progress | None
+    ms: pymeshlab.MeshSet, function: Callable[..., SmoothingResult], values: dict[str, Any], progress: Progress | None
 ) -> tuple[Report, Change]:
     """Run a filter, and return its report and the new vertices."""
     n = ms.current_mesh().vertex_number()
     require((BYTES_PER_VERTEX + _WRITING_BYTES_PER_VERTEX) * n, f"smoothing {n} vertices of a MeshSet")
     vertices, faces = get_arrays(ms)
-    result = _apply(ms, vertices, faces, method, values, progress)
+    result = _apply(ms, vertices, faces, function, values, progress)
     return _report(result), Change(vertices=reachable_by_morph(vertices, result.vertices))
 
 
@@ -261,17 +261,13 @@ def _apply(
     ms: pymeshlab.MeshSet,
     vertices: Floats,
     faces: Integers,
-    method: Callable[..., SmoothingResult],
+    function: Callable[..., SmoothingResult],
     values: dict[str, Any],
     progress: Progress | None,
 ) -> SmoothingResult:
-    """Apply a method of :class:`Prepared` to the current mesh."""
+    """Apply a function on arrays to the current mesh."""
     given = keyword_arguments(ms, values, "modes", "wavelength", "longest", "shortest", "barycenter_weight")
-    laplacian, weld = given.pop("laplacian"), given.pop("weld")
-    prepared = assemble(vertices, faces, laplacian, subrange(progress, 0.0, _ASSEMBLY), weld)
-    result = method(prepared, **given, progress=subrange(progress, _ASSEMBLY, WRITING - _ASSEMBLY))
-    is_given = method is Prepared.smooth and "barycenter_weight" in given
-    return warn_of_change(prepared, result) if is_given else result
+    return function(vertices, faces, **given, progress=subrange(progress, 0.0, WRITING))
 
 
 __all__ = [*FILTERS]

@@ -22,7 +22,7 @@ from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.errors import NotConverged
 from meshlab_specsmooth.graph.laplacian import Laplacian
 from meshlab_specsmooth.graph.protocols import COLUMNS
-from meshlab_specsmooth.operators.laplacians import Gram
+from meshlab_specsmooth.operators.barycenters import Gram
 from meshlab_specsmooth.runtime import blocks
 from meshlab_specsmooth.runtime.progress import Progress
 from meshlab_specsmooth.runtime.workspace import Workspace
@@ -110,17 +110,17 @@ class _NormalMatrix:
     @functools.cached_property
     def irregular(self) -> tuple[npt.NDArray[np.int64], csr_array]:
         """The vertices at edges that do not have two faces, and their rows of the entries that G has there."""
-        at = np.flatnonzero(np.diff(self.gram.odd.indptr))
-        entries = self.gram.odd[at]
+        at = np.flatnonzero(np.diff(self.gram.irregular.indptr))
+        entries = self.gram.irregular[at]
         return at, entries if self.free is None else entries.multiply(self.free[at]).tocsr()
 
     def matvec(self, p: Floats, scratch: Floats, q: Floats) -> Floats:
         """``q`` becomes A p, overwriting ``scratch``; returns (3,) p . q."""
-        n, kernels, gram = len(p), self.L.kernels, self.gram
+        n, kernels, gram, edge = len(p), self.L.kernels, self.gram, self.gram.regular_edge
         sums = np.empty((blocks.count(n), COLUMNS))
-        blocks.parallel_for(lambda i, j: kernels.normal_matvec_1(i, j, p, self.rows, gram.edge, scratch), n)
+        blocks.parallel_for(lambda i, j: kernels.normal_matvec_1(i, j, p, self.rows, edge, scratch), n)
         blocks.parallel_for(
-            lambda i, j: kernels.normal_matvec_2(i, j, p, scratch, self.free, gram.edge, gram.diagonal, q, sums), n
+            lambda i, j: kernels.normal_matvec_2(i, j, p, scratch, self.free, edge, gram.diagonal, q, sums), n
         )
         pAp = sums.sum(axis=0)
         at, entries = self.irregular
@@ -184,7 +184,7 @@ def solve(
     """
     w2 = weight * weight
     free, rows = (None, None) if constraints is None else (constraints.free, constraints.rows)
-    A = _NormalMatrix(L, Gram(w2 * gram.diagonal, w2 * gram.edge, w2 * gram.odd), free, rows)
+    A = _NormalMatrix(L, gram.scaled(w2), free, rows)
     work = Workspace() if workspace is None else workspace
     scratch = work.borrow(change)
     # L^T R change = D L D^-1 R change
@@ -247,6 +247,17 @@ def solve(
     if constraints is not None:
         x += constraints.prescribed
     return Solution(x, iterations, float(reached.max()))
+
+
+def reconstruct(
+    L: Laplacian, gram: Gram, X: Floats, weight: float, change: Floats | None = None, rtol: float = TOLERANCE
+) -> Floats:
+    """(n, 3) surface of least |L V' - L X - change|^2 + w^2 |C V' - C X|^2: the solution added to the positions.
+
+    Without ``change`` no differential coordinates are kept, as with a very low cut-off. ``rtol`` is the relative error
+    of the displacement.
+    """
+    return np.asarray(X + solve(L, gram, weight, -(L @ X) if change is None else change, rtol=rtol).displacement)
 
 
 def _or_one(column: Floats | None) -> Floats | float:

@@ -1,4 +1,4 @@
-"""Where the filter acts: which vertices may move, what features keep, the boundary, and edges that nothing crosses."""
+"""A region resolved on a mesh: the vertices that may move, the fraction of a displacement that each makes, creases."""
 
 from __future__ import annotations
 
@@ -9,17 +9,19 @@ import numpy as np
 import numpy.typing as npt
 
 from meshlab_specsmooth.arrays import Booleans, Floats, Integers
+from meshlab_specsmooth.edge_aware.settings import EdgeAwareRegion
 from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.geometry.surface import Surface
 from meshlab_specsmooth.graph.creases import edge_keys, sort_halfedges
-from meshlab_specsmooth.operators.boundary import ALL_KEPT, BOUNDARIES, NOTHING_SELECTED, fade
+from meshlab_specsmooth.operators.boundary import fade
 from meshlab_specsmooth.operators.patches import MIN_COUNTED
-from meshlab_specsmooth.parameters import GAIN_BOUNDS, check_choice, check_number, check_weights
+from meshlab_specsmooth.parameters import check_number, check_weights
+from meshlab_specsmooth.smoothing.region import ALL_KEPT, NOTHING_SELECTED
 
 
 @dataclass(frozen=True, eq=False)
-class Region:
-    """Where the filter acts; None stands for no restriction.
+class FaceRegion:
+    """Where the filter acts; None means no restriction.
 
     Attributes
     ----------
@@ -27,7 +29,7 @@ class Region:
     inside : (n,) bool or None
         Vertices that may move.
     kept : (n,) float64 or None
-        The share of its displacement that a vertex does not make: feature gain times feature weight.
+        Fraction of its displacement that a vertex does not make: feature gain times feature weight.
     creases : (k, 2) int32 or None
         Edges that nothing crosses.
     angle : float or None
@@ -40,42 +42,42 @@ class Region:
     creases: Integers | None = None
     angle: float | None = None
 
-    def on(self, place: Integers, count: int) -> Region:
-        """The same on other vertices: each vertex becomes number ``place`` of so many, or none where that is -1.
+    def renumbered(self, index: Integers, count: int) -> FaceRegion:
+        """The same on ``count`` other vertices: each vertex becomes number ``index``, or none where that is -1.
 
-        Where several vertices become one, it may move if all of them may, and keeps what the firmest of them keeps.
+        Where several vertices become one, it may move if all of them may, and keeps the largest of their fractions.
         """
         inside, kept, creases = self.inside, self.kept, self.creases
-        used = np.flatnonzero(place >= 0)
+        used = np.flatnonzero(index >= 0)
         if inside is not None:
             outside = used[~inside[used]]
             inside = np.ones(count, dtype=np.bool_)
-            inside[place[outside]] = False
+            inside[index[outside]] = False
         if kept is not None:
-            firmest = np.zeros(count)
-            np.maximum.at(firmest, place[used], kept[used])
-            kept = firmest
+            most = np.zeros(count)
+            np.maximum.at(most, index[used], kept[used])
+            kept = most
         if creases is not None:
-            creases = place[creases]
+            creases = index[creases]
             creases = creases[creases[:, 0] != creases[:, 1]]
-        return Region(self.boundary, inside, kept, creases, self.angle)
+        return FaceRegion(self.boundary, inside, kept, creases, self.angle)
 
-    def field(self, F: Integers, n: int) -> Floats | None:
-        """(n,) the share of its displacement that each vertex makes; None where all make all of it."""
+    def fractions(self, F: Integers, n: int) -> Floats | None:
+        """(n,) fraction of its displacement that each vertex makes; None where all make all of it."""
         if self.inside is None and self.kept is None:
             return None
-        share = np.ones(n) if self.inside is None else _blended(F, self.inside)
-        return share if self.kept is None else share * (1 - self.kept)
+        fraction = np.ones(n) if self.inside is None else _fade_inside(F, self.inside)
+        return fraction if self.kept is None else fraction * (1 - self.kept)
 
-    def judged(self, n: int) -> Booleans:
-        """(n,) the vertices whose noise and error count: those that may move, if they are enough to tell."""
+    def counted(self, n: int) -> Booleans:
+        """(n,) vertices whose noise and error count: those that may move, if they are enough."""
         if self.inside is None or self.inside.sum() < MIN_COUNTED:
             return np.ones(n, dtype=np.bool_)
         return self.inside
 
     @property
     def warning(self) -> str | None:
-        """Why nothing moves, if that is so."""
+        """The reason if nothing can move."""
         if self.inside is not None and not self.inside.any():
             return NOTHING_SELECTED
         if self.kept is not None and (self.kept == 1).all():
@@ -83,35 +85,26 @@ class Region:
         return None
 
 
-def region_of(
-    surface: Surface,
-    boundary: str,
-    mask: npt.ArrayLike | None,
-    features: npt.ArrayLike | None,
-    feature_gain: float,
-    creases: npt.ArrayLike | float | None,
-) -> Region:
-    """What a caller gave, checked.
+def resolve_region(surface: Surface, region: EdgeAwareRegion) -> FaceRegion:
+    """The region on a surface.
 
     Raises
     ------
     InvalidParameter
         Names the parameter, and the first vertex or row that is wrong.
     """
-    boundary = check_choice("boundary", boundary, BOUNDARIES)
-    feature_gain = check_number("feature_gain", feature_gain, *GAIN_BOUNDS)
     n = len(surface.vertices)
-    inside = None if mask is None else check_weights("mask", mask, n) > 0
-    kept = None if features is None else feature_gain * check_weights("features", features, n)
+    inside = None if region.mask is None else check_weights("mask", region.mask, n) > 0
+    kept = None if region.features is None else region.feature_gain * check_weights("features", region.features, n)
     pairs, angle = None, None
-    if creases is not None:
-        given = _array(creases)
+    if region.creases is not None:
+        given = _as_array(region.creases)
         if given.ndim == 0:
-            angle = _angle(creases)
+            angle = _check_angle(region.creases)
         else:
-            pairs = _pairs(given, surface.faces, n)
-    return Region(
-        boundary,
+            pairs = _check_pairs(given, surface.faces, n)
+    return FaceRegion(
+        region.boundary,
         None if inside is None or inside.all() else inside,
         None if kept is None or not kept.any() else kept,
         pairs,
@@ -119,49 +112,49 @@ def region_of(
     )
 
 
-def _angle(given: object) -> float:
+def _check_angle(given: object) -> float:
     angle = check_number("creases", given, 0.0, 180.0, "an angle between 0 and 180 degrees, both excluded")
     if not 0 < angle < 180:
         raise InvalidParameter(f"creases is {angle}; an angle lies between 0 and 180 degrees, both excluded")
     return angle
 
 
-def _array(given: object) -> npt.NDArray[Any]:
+def _as_array(given: object) -> npt.NDArray[Any]:
     try:
         return np.asarray(given)
     except Exception as error:  # an object may raise anything when an array is made of it
         raise InvalidParameter(f"creases is no array of vertex pairs ({error})") from error
 
 
-def _pairs(array: npt.NDArray[Any], F: Integers, n: int) -> Integers:
+def _check_pairs(array: npt.NDArray[Any], F: Integers, n: int) -> Integers:
     """(k, 2) int32, each an edge of a face."""
     if array.ndim != 2 or array.shape[1] != 2:
         if array.shape == (0,):
             return np.empty((0, 2), dtype=np.int32)
         raise InvalidParameter(f"creases has shape {array.shape}; pass (k, 2) vertex pairs, or an angle in degrees")
     if not np.issubdtype(array.dtype, np.integer):
-        raise InvalidParameter(f"creases has entries of type {array.dtype}; vertex pairs are whole numbers")
+        raise InvalidParameter(f"creases has entries of type {array.dtype}; vertex pairs are integers")
     outside = ((array < 0) | (array >= n)).any(axis=1)
     if outside.any():
         row = int(np.flatnonzero(outside)[0])
-        raise InvalidParameter(f"creases[{row}] is {_told(array[row])}; vertices are numbered from 0 to {n - 1}")
+        raise InvalidParameter(f"creases[{row}] is {_show(array[row])}; vertices are numbered from 0 to {n - 1}")
     strange = ~np.isin(edge_keys(array, n), sort_halfedges(F, n).key)
     if strange.any():
         row = int(np.flatnonzero(strange)[0])
-        raise InvalidParameter(f"creases[{row}] is {_told(array[row])}, which is no edge of a face")
+        raise InvalidParameter(f"creases[{row}] is {_show(array[row])}, which is no edge of a face")
     return array.astype(np.int32)
 
 
-def _told(row: npt.NDArray[np.integer]) -> str:
+def _show(row: npt.NDArray[np.integer]) -> str:
     return f"({row[0]}, {row[1]})"
 
 
-def _blended(F: Integers, inside: Booleans) -> Floats:
+def _fade_inside(F: Integers, inside: Booleans) -> Floats:
     """A weight that is 0 outside, and rises to 1 over some rings inside."""
 
-    def eroded(within: Booleans) -> Booleans:
+    def erode(within: Booleans) -> Booleans:
         kept = within.copy()
         kept[F[~within[F].all(axis=1)]] = False
         return kept
 
-    return fade(inside, eroded)
+    return fade(inside, erode)
