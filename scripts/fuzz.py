@@ -141,7 +141,7 @@ def run_call(call: Call, show: bool = False) -> str:
 def not_finite(result: object, name: str = "result") -> str:
     """Return the name of a field that is not finite, or an empty string."""
     short = name.rpartition(".")[2]
-    if dataclasses.is_dataclass(result) and not isinstance(result, mss.Prepared):
+    if dataclasses.is_dataclass(result) and not isinstance(result, mss.Operators):
         parts = {f"{name}.{field.name}": getattr(result, field.name) for field in dataclasses.fields(result)}
         if isinstance(result, mss.Surface) or "that no face uses are not finite" in str(getattr(result, "warning", "")):
             parts.pop(f"{name}.vertices")  # unreferenced vertices stay as they are

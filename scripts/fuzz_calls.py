@@ -86,13 +86,13 @@ def call_on_arrays(rng: Rng) -> Call:
 
     def run() -> object:
         try:
-            if name.startswith("Prepared."):
+            if name.startswith("operators."):
                 own = {key: value for key, value in given.items() if key != "laplacian"}
-                prepared = mss.prepare(*positional, **{k: given[k] for k in given if k == "laplacian"})
-                method = getattr(prepared, name.partition(".")[2])
-                first = method(**own)
-                if name == "Prepared.smooth":
-                    return [first, method(**own, start=first)]
+                ops = mss.assemble(*positional, **{k: given[k] for k in given if k == "laplacian"})
+                function = getattr(mss, name.partition(".")[2])
+                first = function(ops, **own)
+                if name == "operators.smooth":
+                    return [first, function(ops, **own, start=first)]
                 return first
             return getattr(mss, name)(*positional, **given)
         finally:
@@ -104,18 +104,18 @@ def call_on_arrays(rng: Rng) -> Call:
 
 FUNCTIONS: list[tuple[str, dict[str, Callable[[Rng], Any]]]] = [
     *[("smooth", ALL | SMOOTH)] * 4,
-    *[("Prepared.smooth", ALL | SMOOTH)] * 2,
+    *[("operators.smooth", ALL | SMOOTH)] * 2,
     *[("low_pass", ALL | LOW_PASS)] * 2,
-    ("Prepared.low_pass", ALL | LOW_PASS),
+    ("operators.low_pass", ALL | LOW_PASS),
     *[("enhance", ALL | ENHANCE)] * 2,
-    ("Prepared.enhance", ALL | ENHANCE),
+    ("operators.enhance", ALL | ENHANCE),
     *[("smooth_edge_aware", EDGE_AWARE)] * 3,
     ("denoise", {"criterion": EDGE_AWARE["criterion"], "progress": PROGRESS}),
     ("estimate_noise", {}),
     *[("estimate_error", ERROR)] * 2,
     ("spectrum", ALL | {"bands": choice(2, 3, 64)}),
     ("self_intersecting_faces", {}),
-    ("prepare", ALL),
+    ("assemble", ALL),
     ("Surface", {}),
 ]
 

@@ -9,7 +9,7 @@ import numpy as np
 from fuzz_meshes import Odd, Rng
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth.noise.estimate import KINDS
+from meshlab_specsmooth.noise.model import KINDS
 
 ENDS = (0, 0.0, -0.0, 1, 1e-300, 5e-324, 1e-30, 1e-9, 1e-8, 1e8, 1e30, 1e300, 1.7976931348623157e308, -1, -1e-300)
 # Factories, as some of the values can only be used once
@@ -119,8 +119,14 @@ ALL = {"laplacian": LAPLACIAN}
 
 def a_noise(rng: Rng) -> mss.Noise:
     values: dict[str, Any] = {"level": 0.1, "low": 0.09, "high": 0.11, "kind": KINDS[rng.integers(len(KINDS))]}
-    values |= {"mean_edge": 1.0, "orders": (0.1,) * 4, "bands": (0.1,) * 6, "kurtosis": 0.0, "outliers": 0.0}
-    values |= {"shared": 0.05, "covariance": np.eye(3), "hit": 0.5}
+    values |= {
+        "mean_edge": 1.0,
+        "levels_by_power": (0.1,) * 4,
+        "levels_by_band": (0.1,) * 6,
+        "kurtosis": 0.0,
+        "outliers": 0.0,
+    }
+    values |= {"correlated_level": 0.05, "covariance": np.eye(3), "impulse_density": 0.5}
     if rng.random() < 0.5:
         values[list(values)[rng.integers(len(values))]] = wrong(rng)
     return mss.Noise(**values)
