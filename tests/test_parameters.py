@@ -34,8 +34,11 @@ class Odd:
 # Invalid for every parameter
 INVALID = (1j, b"x", object(), Odd(), [0.5], {"a": 1}, np.ones(3), np.ones((2, 2)), Decimal("0.5"), -(10**5000))
 FUNCTIONS = {
-    **{f.__name__: (f, (V, F)) for f in (mss.smooth, mss.low_pass, mss.enhance, mss.assemble, mss.spectrum)},
+    **{
+        f.__name__: (f, (V, F)) for f in (mss.smooth, mss.low_pass, mss.enhance, mss.assemble, mss.choose, mss.spectrum)
+    },
     **{f.__name__: (f, (V, F)) for f in (mss.smooth_edge_aware, mss.denoise)},
+    **{f"{f.__name__} of operators": (f, (OPS, None)) for f in (mss.smooth, mss.low_pass, mss.enhance)},
     "estimate_error": (mss.estimate_error, (lambda x: x, V, F)),
     "compare": (mss.compare, ((V, F),)),
     "batch": (mss.batch, ("nothing.ply", "/proc/nowhere")),
@@ -70,10 +73,11 @@ def test_invalid_values_are_refused_and_the_parameter_is_named(name):
     [
         (
             mss.smooth,
-            {"barycenter_weight": np.ones((30, 1))},
-            r"is an array of shape \(30, 1\); pass one number, or one",
+            {"barycenter_weight": np.ones((30, 2))},
+            r"is an array of shape \(30, 2\); pass one number",
         ),
-        (mss.smooth, {"barycenter_weight": np.ones(29)}, "barycenter_weight has 29 entries"),
+        (mss.smooth, {"barycenter_weight": np.ones(3)}, "has 3 entries; this mesh has 30 vertices"),
+        (mss.smooth, {"barycenter_weight": np.zeros(30)}, r"barycenter_weight\[0\] is 0.0"),
         (mss.enhance, {"barycenter_weight": np.ones(30)}, r"is an array of shape \(30,\); it must be one number"),
         (mss.smooth, {"barycenter_weight": 1e300}, r"barycenter_weight is 1e\+300; it must be one number from 1.5e-08"),
         (mss.smooth, {"barycenter_weight": 1e-300}, "barycenter_weight is 1e-300"),
