@@ -1,4 +1,4 @@
-"""How results read: a line for ``repr``, a short block for ``print``, a table and a picture in a notebook."""
+"""Display of results: a line for ``repr``, a short block for ``print``, a table and a picture in notebooks."""
 
 from __future__ import annotations
 
@@ -13,35 +13,35 @@ import numpy.typing as npt
 
 Rows = Sequence[tuple[str, str]]
 
-#: Vertices before, after, and the faces of both: what a picture is made of.
+#: Data of a picture: vertices before and after, and the faces.
 Pictured = tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.int32]]
 
-# The least that is shown of a length in mean edges: of an estimate, zero means no more than that it is lower
-_LEAST = 0.001
+# Smallest length displayed, in mean edges; for estimates, 0 only means that they are below it
+_MIN_SHOWN = 0.001
 
 _TABLE = "border-collapse: collapse; font-variant-numeric: tabular-nums"
 _CELL = "text-align: left; padding: 1px 12px 1px 0"
 
 
 def _draw(pictured: Pictured) -> str:
-    """An image for HTML; the renderer, which stands above this, is loaded for the first one."""
+    """Render a picture as HTML; the renderer is in a higher layer and imported at the first call."""
     return str(importlib.import_module("meshlab_specsmooth.report.thumbnails").draw(pictured))
 
 
 class Described:
-    """Base of results: from a summary and rows to what is shown of them."""
+    """Base of results, which are displayed by a summary, rows and a picture."""
 
     @property
     def summary(self) -> str:
-        """The result in a sentence."""
+        """Summary of the result in one sentence."""
         raise NotImplementedError
 
     def rows(self) -> Rows:
-        """What is shown below the summary: names and values."""
+        """Return names and values to display below the summary."""
         return ()
 
     def pictured(self) -> Pictured | None:
-        """What is shown before and after, if anything."""
+        """Return the data of a picture, if there is one."""
         return None
 
     def __repr__(self) -> str:
@@ -55,7 +55,7 @@ class Described:
 
 
 class Sentence(Described):
-    """A result of which there is no more to say than its summary."""
+    """A result that is displayed by its summary only."""
 
     def __init__(self, summary: str) -> None:
         self._summary = summary
@@ -67,14 +67,14 @@ class Sentence(Described):
 
 
 class Report(dict[str, Any]):
-    """What a filter returns on a MeshSet: a dict, which prints short.
+    """The dict that a filter on a MeshSet returns, with a short display.
 
     Parameters
     ----------
     values : mapping
         The entries of the dict.
     described : Described
-        What is shown of them. The entries ``warning`` and ``seconds`` may change afterward.
+        Provides the display, except for the entries ``warning`` and ``seconds``, which may change later.
     """
 
     def __init__(self, values: Mapping[str, Any], described: Described) -> None:
@@ -83,11 +83,11 @@ class Report(dict[str, Any]):
 
     @property
     def summary(self) -> str:
-        """The result in a sentence."""
+        """Summary of the result in one sentence."""
         return self._described.summary
 
     def rows(self) -> Rows:
-        """What is shown below the summary."""
+        """Return names and values to display below the summary."""
         rows = [row for row in self._described.rows() if row[0] not in ("time", "warning")]
         if self.get("seconds") is not None:
             rows.append(("time", f"{self['seconds']:.2f} s"))
@@ -104,7 +104,7 @@ class Report(dict[str, Any]):
 
 
 def describe_block(summary: str, rows: Rows) -> str:
-    """A summary, and rows below it in two columns.
+    """Format a summary with rows below it, in two columns.
 
     Examples
     --------
@@ -119,7 +119,7 @@ def describe_block(summary: str, rows: Rows) -> str:
 
 
 def describe_html(summary: str, rows: Rows, pictured: Pictured | None = None) -> str:
-    """The same for a notebook, with a picture where there is something to see."""
+    """Format a summary, rows and optionally a picture as HTML for notebooks."""
     lines = "".join(
         f'<tr><th style="{_CELL}">{html.escape(name)}</th><td style="{_CELL}">{html.escape(value)}</td></tr>'
         for name, value in rows
@@ -129,7 +129,7 @@ def describe_html(summary: str, rows: Rows, pictured: Pictured | None = None) ->
 
 
 def format_edges(length: float, edge: float) -> str:
-    """A length in mean edges, without the unit; what is not zero is not shown as zero.
+    """Format a length in mean edges, without the unit; only 0 is displayed as zero.
 
     Examples
     --------
@@ -137,19 +137,19 @@ def format_edges(length: float, edge: float) -> str:
     >>> format_edges(0.0419, 0.5), format_edges(1e-6, 0.5), format_edges(0.0, 0.5)
     ('0.084', 'less than 0.001', '0')
     """
-    share = abs(length) / (edge or 1.0)
-    if share == 0:
+    edges = abs(length) / (edge or 1.0)
+    if edges == 0:
         return "0"
-    return f"{math.copysign(share, length):.3f}" if share >= _LEAST else f"less than {_LEAST}"
+    return f"{math.copysign(edges, length):.3f}" if edges >= _MIN_SHOWN else f"less than {_MIN_SHOWN}"
 
 
 def format_bound(bound: float, edge: float) -> str:
-    """An upper bound in mean edges, rounded up where it would read as zero."""
-    return f"at most {max(bound / (edge or 1.0), _LEAST):.3f}"
+    """Format an upper bound in mean edges, which is never displayed as zero."""
+    return f"at most {max(bound / (edge or 1.0), _MIN_SHOWN):.3f}"
 
 
 def format_length(length: float, edge: float) -> str:
-    """A length in mean edges, and in mesh units.
+    """Format a length in mean edges and in mesh units.
 
     Examples
     --------
@@ -161,7 +161,7 @@ def format_length(length: float, edge: float) -> str:
 
 
 def count_of(number: int, name: str) -> str:
-    """A number of things.
+    """Format a number with a noun in singular or plural.
 
     Examples
     --------

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""A new user's first hour, from an empty folder: the wheel, every kind of mesh, one noise, a notebook, the page.
+"""A new user's first hour, in an empty folder: the wheel, all kinds of meshes, the noise, a notebook, the page.
 
-python3 scripts/first_hour.py              prints a transcript; exit code 1 where something is not as it should be
-python3 scripts/first_hour.py --out DIR    leaves the page, its screenshots at three widths and the notebook there
+python3 scripts/first_hour.py              prints a transcript; exit code 1 if a check fails
+python3 scripts/first_hour.py --out DIR    keeps the page, its screenshots at three widths and the notebook in DIR
 """
 
 import argparse
@@ -51,14 +51,14 @@ NOISE = """
 import pymeshlab, meshlab_specsmooth as mss
 ms = pymeshlab.MeshSet()
 ms.load_new_mesh("scan.ply")
-roads = {
+sources = {
     "estimate_noise": mss.estimate_noise("scan.ply"), "smooth": mss.smooth("scan.ply").noise,
     "denoise": mss.denoise("scan.ply").noise, "spectrum": mss.spectrum("scan.ply").noise,
     "MeshSet": mss.apply_coord_spectral_smoothing(ms)["noise"],
 }
-for name, noise in roads.items():
+for name, noise in sources.items():
     print(f"{name:15} {noise.level / noise.mean_edge:.4f} mean edges, {noise.kind}")
-assert len({round(noise.level / noise.mean_edge, 6) for noise in roads.values()}) == 1
+assert len({round(noise.level / noise.mean_edge, 6) for noise in sources.values()}) == 1
 """
 
 IMPORTS = """
@@ -83,26 +83,26 @@ NOTEBOOK = (
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--out", metavar="DIR", help="keep what is made there")
+    parser.add_argument("--out", metavar="DIR", help="keep all files in this folder")
     out = parser.parse_args().out
     with tempfile.TemporaryDirectory() as folder:
         work = Path(folder) / "an empty folder"
         work.mkdir()
         python = install(Path(folder))
-        tell("import", run(python, work, IMPORTS))
+        print_section("import", run(python, work, IMPORTS))
         commands(python, work)
-        tell("any mesh in, the same kind out", run(python, work, KINDS))
-        tell("one noise by every road", run(python, work, NOISE))
-        tell("a notebook", notebook(work))
-        tell("the page", page(python, work))
+        print_section("all kinds of meshes", run(python, work, KINDS))
+        print_section("the same noise from every function", run(python, work, NOISE))
+        print_section("a notebook", notebook(work))
+        print_section("the page", page(python, work))
         if out is not None:
             shutil.copytree(work, out, dirs_exist_ok=True)
-    print("== the first hour went well")
+    print("== all checks passed")
     return 0
 
 
 def install(folder: Path) -> Path:
-    """The Python of an environment that has the wheel, and what this one has besides."""
+    """Install the wheel into a new environment, which also finds the other packages of this one; returns its Python."""
     source = folder / "source"
     shutil.copytree(
         bootstrap.ROOT, source, ignore=shutil.ignore_patterns(".*", "build", "*.egg-info", "demo", "__pycache__")
@@ -115,11 +115,11 @@ def install(folder: Path) -> Path:
     (packages,) = {Path(path) for path in site_packages(python)}
     (wheel,) = folder.glob("*.whl")
     subprocess.run([*pip, "install", "--no-deps", "--target", packages, wheel], **here)
-    # after the wheel, so that it is not the clone's package that is found
+    # after the wheel, so that the package of the clone is not found first
     (packages / "others.pth").write_text("\n".join(site_packages(Path(sys.executable))) + "\n", encoding="utf-8")
-    said = run(python, folder, "import meshlab_specsmooth as mss; print(mss.__file__)")
-    expect(str(packages) in said, said)
-    tell("the wheel", f"{wheel.name}, {wheel.stat().st_size // 1024} KiB")
+    output = run(python, folder, "import meshlab_specsmooth as mss; print(mss.__file__)")
+    expect(str(packages) in output, output)
+    print_section("the wheel", f"{wheel.name}, {wheel.stat().st_size // 1024} KiB")
     return python
 
 
@@ -129,7 +129,7 @@ def site_packages(python: Path) -> list[str]:
 
 
 def run(python: Path, work: Path, code: str) -> str:
-    """What a script prints; where it fails, what it says is shown and all ends."""
+    """Run code and return its output; exit with its output if it fails."""
     done = subprocess.run([python, "-c", code], cwd=work, capture_output=True, text=True, check=False)
     if done.returncode:
         sys.exit(f"{code}\n{done.stdout}{done.stderr}")
@@ -146,9 +146,9 @@ def commands(python: Path, work: Path) -> None:
     ):
         command = [python, "-m", "meshlab_specsmooth", *arguments]
         done = subprocess.run(command, cwd=work, capture_output=True, text=True, check=False)
-        said = done.stdout + done.stderr
-        expect("Traceback" not in said, said)
-        tell("$ specsmooth " + " ".join(arguments), f"{said.strip()}\n[exit code {done.returncode}]")
+        output = done.stdout + done.stderr
+        expect("Traceback" not in output, output)
+        print_section("$ specsmooth " + " ".join(arguments), f"{output.strip()}\n[exit code {done.returncode}]")
     small = "import pymeshlab; ms = pymeshlab.MeshSet(); ms.create_sphere(subdiv=4);"
     small += "ms.apply_coord_random_displacement(displacement=pymeshlab.PercentageValue(0.4));"
     small += "ms.save_current_mesh('scan.ply')"
@@ -202,14 +202,14 @@ def page(python: Path, work: Path) -> str:
     return done.stdout.strip().splitlines()[0]
 
 
-def expect(holds: bool, said: str) -> None:
-    """End with what was seen where something is not as it should be."""
+def expect(holds: bool, output: str) -> None:
+    """Exit with a message if a check fails."""
     if not holds:
-        sys.exit(f"the first hour went wrong: {said}")
+        sys.exit(f"check failed: {output}")
 
 
-def tell(what: str, said: str) -> None:
-    print(f"== {what}\n{textwrap.indent(said.rstrip(), '   ')}", flush=True)
+def print_section(title: str, output: str) -> None:
+    print(f"== {title}\n{textwrap.indent(output.rstrip(), '   ')}", flush=True)
 
 
 if __name__ == "__main__":

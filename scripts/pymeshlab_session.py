@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A pymeshlab session as one has it: load, clean, smooth, decimate, measure, save the script, replay it, compare.
+"""A typical pymeshlab session: load, clean, smooth, decimate, measure, save the script, replay it, compare.
 
 python3 scripts/pymeshlab_session.py [--out DIR]
 """
@@ -23,7 +23,7 @@ NOISE = {"displacement": pymeshlab.PercentageValue(0.15), "randomseed": 1}
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--out", metavar="DIR", type=Path, help="keep what is saved there (default: nowhere)")
+    parser.add_argument("--out", metavar="DIR", type=Path, help="keep the files in this folder (default: delete them)")
     out = parser.parse_args().out
     with tempfile.TemporaryDirectory() as folder:
         session(out or Path(folder))
@@ -31,13 +31,13 @@ def main() -> None:
 
 def session(out: Path) -> None:
     out.mkdir(parents=True, exist_ok=True)
-    mss.register()  # from here on our filters are MeshLab's
+    mss.register()  # our filters become methods of pymeshlab.MeshSet
     ms = pymeshlab.MeshSet()
     ms.load_new_mesh(str(sample("bunny.obj")))
     clean = ms.get_geometric_measures()
     ms.apply_coord_random_displacement(**NOISE)
 
-    ms.clear_filter_script()  # what follows is the recipe
+    ms.clear_filter_script()  # the script begins here
     ms.meshing_remove_duplicate_vertices()
     ms.meshing_remove_unreferenced_vertices()
     ms.apply_coord_spectral_smoothing(barycenter_weight=0.3, wavelength=pymeshlab.PercentageValue(5))
@@ -51,7 +51,7 @@ def session(out: Path) -> None:
     print(f"volume {clean['mesh_volume']:.6f} -> {smoothed['mesh_volume']:.6f}")
     print(f"area   {clean['surface_area']:.6f} -> {smoothed['surface_area']:.6f}")
     noise = ms.current_mesh().vertex_scalar_array()
-    print(f"left for the filter to move: {np.sqrt((noise**2).mean()) / smoothed['avg_edge_length']:.3f} mean edges RMS")
+    print(f"remaining displacement: {np.sqrt((noise**2).mean()) / smoothed['avg_edge_length']:.3f} mean edges RMS")
 
     again = pymeshlab.MeshSet()
     again.load_new_mesh(str(sample("bunny.obj")))
@@ -60,7 +60,7 @@ def session(out: Path) -> None:
     again.load_filter_script(str(script))
     again.apply_filter_script()
     same = np.array_equal(again.current_mesh().vertex_matrix(), ms.current_mesh().vertex_matrix())
-    print(f"replayed from {script.name}: {'the same to the bit' if same else 'DIFFERENT'}")
+    print(f"replayed from {script.name}: {'exactly the same' if same else 'DIFFERENT'}")
 
     compared = pymeshlab.MeshSet()
     for name, apply in (

@@ -204,8 +204,7 @@ def test_a_mesh_of_the_same_kind_comes_out(kind):
     assert type(again) is type(mesh)
     for function in FUNCTIONS[1:] if kind == "trimesh" else ():
         assert type(function(mesh).mesh) is type(mesh)
-    prepared = mss.prepare(mesh)
-    assert type(prepared.smooth(modes=12).mesh) is type(mesh)
+    assert type(mss.smooth(mss.assemble(mesh), modes=12).mesh) is type(mesh)
     assert mss.estimate_noise(mesh).level == pytest.approx(NOISE, rel=1e-4)
     assert mss.estimate_error(lambda X: X, mesh, probes=1).error >= 0
     assert mss.spectrum(mesh).method == "exact"

@@ -131,7 +131,7 @@ def test_a_wavelength_is_a_number_or_a_percentage(scan, tmp_path, capsys, length
 def test_input_and_output_may_be_the_same_file_if_one_says_so(scan, capsys):
     before = scan.read_bytes()
     assert main(["smooth", str(scan), str(scan.parent / "." / scan.name)]) == 2
-    assert "is the input and the output; --overwrite replaces it" in capsys.readouterr().err
+    assert "is both input and output; --overwrite replaces it" in capsys.readouterr().err
     assert scan.read_bytes() == before
     assert main(["smooth", str(scan), str(scan), "--overwrite"]) == 0
     assert scan.read_bytes() != before
@@ -450,6 +450,15 @@ def test_names_that_cannot_be_printed_are_spelled_out(scan, tmp_path):
         assert (b"\\xfc.ply: 240 vertices" in done.stdout) if code == 0 else (b"bad folder \\udcff" in done.stderr)
 
 
+@pytest.mark.no_cover
+def test_modules_in_the_working_directory_are_not_imported(tmp_path):
+    for name in ("argparse", "json", "numpy", "pymeshlab", "scipy"):
+        (tmp_path / f"{name}.py").write_text("raise SystemExit('imported from the working directory')")
+    command = [sys.executable, "-m", "meshlab_specsmooth", "filters"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
 def test_every_command_has_help(run_here):
     for command in ("smooth", "run", "filters", "demo"):
         code, out, _ = run_here(command, "--help")
@@ -579,7 +588,7 @@ def test_run_applies_a_script_to_a_file(scan, tmp_path, capsys):
 def test_an_empty_script_says_that_it_did_nothing(scan, tmp_path, capsys):
     (tmp_path / "s.mlx").write_text("<FilterScript/>")
     assert main(["run", str(tmp_path / "s.mlx"), str(scan), str(tmp_path / "o.ply")]) == 0
-    assert "the script has no filter" in capsys.readouterr().out
+    assert "the script has no filters" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

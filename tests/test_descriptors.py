@@ -1,3 +1,4 @@
+import dataclasses
 import inspect
 import re
 
@@ -111,11 +112,29 @@ def test_the_package_s_own_descriptors_are_well_formed_and_named_as_their_files(
             assert parameter.help.endswith("."), (name, parameter.name)
 
 
+# The classes of settings that a filter's parameters are fields of, and those of the operators
+ISOTROPIC, EDGE_AWARE = {"laplacian": "uniform", "weld": True}, {"weld": True}
+SETTINGS = {
+    "apply_coord_spectral_smoothing": ((mss.Smoothing, mss.Region), ISOTROPIC),
+    "compute_scalar_by_spectral_displacement": ((mss.Smoothing, mss.Region), ISOTROPIC),
+    "apply_coord_spectral_low_pass": ((mss.LowPass, mss.Region), ISOTROPIC),
+    "apply_coord_spectral_enhancement": ((mss.Enhancement, mss.Region), ISOTROPIC),
+    "apply_coord_spectral_denoising": ((mss.Denoising, mss.EdgeAwareRegion), EDGE_AWARE),
+    "apply_coord_edge_aware_smoothing": ((mss.EdgeAware, mss.EdgeAwareRegion), EDGE_AWARE),
+    "get_spectrum": (
+        (),
+        {"laplacian": "uniform", "bands": inspect.signature(mss.spectrum).parameters["bands"].default},
+    ),
+}
 # taken from the MeshSet by a filter, and passed as arrays to a function
 FROM_THE_MESH = {"features", "selected", "creases", "crease_angle"}
-ARRAYS = {"mask", "features", "creases", "progress", "mesh", "vertices", "faces"}
-# fields without effect on the displacement as quality; meaning of "auto" for enhancement, which chooses no weight
-WITHOUT = {"compute_scalar_by_spectral_displacement": {"feature_gain"}}
+ARRAYS = {"mask", "features", "creases"}
+# fields without effect in a filter; meaning of "auto" for enhancement, which chooses no weight
+WITHOUT = {
+    "compute_scalar_by_spectral_displacement": {"feature_gain"},
+    "apply_coord_spectral_low_pass": {"boundary", "feature_gain"},
+    "apply_coord_spectral_enhancement": {"feature_gain"},
+}
 MEANT = {"apply_coord_spectral_enhancement": {"boundary": "fixed"}}
 # accepted by the numerics; None: any positive number
 BOUNDS = {
@@ -132,40 +151,35 @@ BOUNDS = {
     "bands": parameters.BAND_BOUNDS,
 }
 FACE_BOUNDS = BOUNDS | {"iterations": (1, parameters.MAX_FACE_ITERATIONS)}
-FUNCTIONS = {
-    "apply_coord_spectral_smoothing": mss.smooth,
-    "compute_scalar_by_spectral_displacement": mss.smooth,
-    "apply_coord_spectral_low_pass": mss.low_pass,
-    "apply_coord_spectral_enhancement": mss.enhance,
-    "apply_coord_spectral_denoising": mss.denoise,
-    "apply_coord_edge_aware_smoothing": mss.smooth_edge_aware,
-    "get_spectrum": mss.spectrum,
-}
 
 
-def fields_of(function):
-    """Settings of a function and their defaults, of which the numerics are the only source."""
-    return {name: parameter.default for name, parameter in inspect.signature(function).parameters.items()}
+def fields_of(name):
+    """Fields of the settings of a filter and their defaults, of which the numerics are the only source."""
+    classes, found = SETTINGS[name]
+    for setting in classes:
+        for field in dataclasses.fields(setting):
+            found = found | setting.replaced.get(field.name, {field.name: field.default})
+    return found
 
 
-def test_every_filter_has_a_function_on_arrays():
-    assert FUNCTIONS.keys() == set(names())
+def test_every_filter_has_settings():
+    assert SETTINGS.keys() == set(names())
 
 
-@pytest.mark.parametrize("name", FUNCTIONS)
+@pytest.mark.parametrize("name", SETTINGS)
 def test_a_filter_and_its_function_on_arrays_have_the_same_parameters_and_defaults(name):
     described = {p.name: p.default for p in load(name).parameters if p.name not in FROM_THE_MESH}
     left_out = ARRAYS | WITHOUT.get(name, set())
-    fields = {key: value for key, value in fields_of(FUNCTIONS[name]).items() if key not in left_out}
+    fields = {key: value for key, value in fields_of(name).items() if key not in left_out}
     assert described.keys() == fields.keys()
     # every parameter of a filter has a value: 0 stands for None
     assert described == {key: 0 if value is None else value for key, value in (fields | MEANT.get(name, {})).items()}
 
 
-@pytest.mark.parametrize("name", FUNCTIONS)
+@pytest.mark.parametrize("name", SETTINGS)
 def test_the_bounds_of_a_filter_are_within_those_of_its_function(name):
-    fields = fields_of(FUNCTIONS[name])
-    known = FACE_BOUNDS if FUNCTIONS[name] is mss.smooth_edge_aware else BOUNDS
+    fields = fields_of(name)
+    known = FACE_BOUNDS if mss.EdgeAware in SETTINGS[name][0] else BOUNDS
     for parameter in load(name).parameters:
         if parameter.type not in ("int", "float", "length") or parameter.name in FROM_THE_MESH:
             continue
@@ -175,11 +189,3 @@ def test_the_bounds_of_a_filter_are_within_those_of_its_function(name):
         low = 0 if bounds is None else bounds[0]
         stands_for_none = fields[parameter.name] is None and parameter.minimum == 0
         assert stands_for_none or parameter.minimum >= low, parameter.name
-
-
-def test_the_methods_of_a_prepared_surface_have_the_defaults_of_the_functions():
-    for name in ("smooth", "low_pass", "enhance"):
-        function, method = fields_of(getattr(mss, name)), fields_of(getattr(mss.Prepared, name))
-        common = method.keys() & function.keys() - {"self"}
-        assert len(common) > 5
-        assert {key: method[key] for key in common} == {key: function[key] for key in common}

@@ -569,7 +569,7 @@ def test_an_operating_system_error_names_the_file(tmp_path, monkeypatch):
     def full(*_, **__):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(temporary, "make", full)
+    monkeypatch.setattr(temporary, "create", full)
     with pytest.raises(mss.FileError, match="out.ply: cannot be written: No space left"):
         mesh_files.write(meshset.new(*torus(5, 4)), tmp_path / "out.ply")
     with pytest.raises(mss.FileError, match="out.txt: cannot be written: No space left"):

@@ -48,7 +48,7 @@ def test_a_filter_gives_what_the_arrays_do_and_returns_the_evidence(ms, in_place
     assert np.array_equal(ms.current_mesh().vertex_matrix(), expected.vertices)
     assert set(evidence) == set(vars(expected)) - {"vertices", "source", "given"}
     for name in set(evidence) - {"seconds", "noise"}:
-        assert evidence[name] == pytest.approx(getattr(expected, name), nan_ok=name == "modes_error")
+        assert pytest.approx(getattr(expected, name), nan_ok=name == "modes_error") == evidence[name]
     if expected.noise is not None:
         assert evidence["noise"].level == pytest.approx(expected.noise.level)
 
@@ -176,9 +176,9 @@ def test_both_kinds_of_verbosity_stay_as_they_were(full, parameters, capfd):
         m.set_verbosity(full)
         m.set_parameter_verbosity(parameters)
     mss.apply_coord_spectral_smoothing(ms)
-    told = capfd.readouterr().out
-    assert ("apply_coord_spectral_smoothing" in told) == (full or parameters)
-    assert "morphing" not in told
+    printed = capfd.readouterr().out
+    assert ("apply_coord_spectral_smoothing" in printed) == (full or parameters)
+    assert "morphing" not in printed
     outputs = []
     for m in (ms, native):
         for _ in range(2):  # with everything off, what is left is the parameters
@@ -223,12 +223,12 @@ def test_a_verbose_meshset_tells_of_our_filters_as_of_its_own(name, capfd):
     ms.create_sphere()
     capfd.readouterr()
     filters.apply(ms, name)
-    told = capfd.readouterr()
-    assert told.out.startswith(f"\nApplying filter {name} with the following parameters:\n{{")
+    printed = capfd.readouterr()
+    assert printed.out.startswith(f"\nApplying filter {name} with the following parameters:\n{{")
     enum = enum_of(name)
-    assert f"{enum.name!r}: {enum.default!r}" in told.out
-    assert told.out.count("Applying filter") == 1
-    assert told.err == ""
+    assert f"{enum.name!r}: {enum.default!r}" in printed.out
+    assert printed.out.count("Applying filter") == 1
+    assert printed.err == ""
     ms.set_verbosity(False)
     filters.apply(ms, name)
     assert capfd.readouterr() == ("", "")

@@ -88,11 +88,11 @@ def test_a_descriptor_of_any_bytes_is_read_or_refused(data):
 @given(st.one_of(soup, damaged([SCRIPT])))
 def test_a_script_of_any_bytes_is_read_or_refused(data):
     with contextlib.suppress(mss.InvalidXml):
-        script = scripts._script(data, "x.mlx")
+        script = scripts._parse_script(data, "x.mlx")
         ours = scripts._ours()
         for step in script.steps:
             if step.name in ours:
-                scripts._values(step, ours[step.name], script.source)
+                scripts._parse_values(step, ours[step.name], script.source)
 
 
 @pytest.mark.parametrize(
@@ -133,7 +133,7 @@ def test_no_default_is_evaluated(text):
 
 
 def fuzz_script():
-    """The module that ``scripts/fuzz.py`` is; it makes no environment where it is imported."""
+    """Import ``scripts/fuzz.py``, which then does not create an environment."""
     path = Path(__file__).parent.parent / "scripts" / "fuzz.py"
     spec = importlib.util.spec_from_file_location("fuzz_script", path)
     module = importlib.util.module_from_spec(spec)
@@ -147,8 +147,8 @@ def test_any_call_ends_finite_or_with_a_typed_error():
     script = fuzz_script()
     wrong, seen = [], set()
     for number in range(250):
-        call = script.make(11, number)
-        outcome = script.outcome_of(call)
+        call = script.make_call(11, number)
+        outcome = script.run_call(call)
         seen.add(outcome)
         if script.is_failure(outcome):
             wrong.append((number, outcome, call.text))
@@ -167,8 +167,8 @@ def test_a_process_that_dies_or_never_ends_is_a_failure_and_costs_no_other_call(
         "    print(f'{i}\\tfinite', flush=True)\n"
     )
     monkeypatch.setattr(script, "__file__", str(worker))
-    monkeypatch.setattr(script, "PATIENCE", 2.0)
+    monkeypatch.setattr(script, "TIMEOUT", 2.0)
     found = dict(script.outcomes(0, 5, math.inf))
     assert [number for number, outcome in found.items() if outcome == "finite"] == [0, 2, 4]
     assert found[1].startswith("FAILURE: the process ended with")
-    assert found[3] == "FAILURE: no end within 2 s"
+    assert found[3] == "FAILURE: did not end within 2 s"

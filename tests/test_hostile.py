@@ -256,9 +256,9 @@ def test_a_full_disk_leaves_the_old_file(tmp_path, untraced):
     before = sorted(tmp_path.iterdir())
     command = [sys.executable, "-c", FULL_DISK, json.dumps(cases)]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
-    told = [json.loads(line) for line in done.stdout.splitlines()]
-    assert len(told) == len(cases)
-    for (_, target, _), (code, problem) in zip(cases, told, strict=True):
+    printed = [json.loads(line) for line in done.stdout.splitlines()]
+    assert len(printed) == len(cases)
+    for (_, target, _), (code, problem) in zip(cases, printed, strict=True):
         assert code == 1
         assert problem.startswith(f"specsmooth: {target}: cannot be written: ")
         assert problem.count("\n") == 1

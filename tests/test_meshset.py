@@ -169,9 +169,9 @@ def test_what_is_printed_may_change_after_a_call(capfd):
     assert capfd.readouterr() == ("", "")
     ms.set_verbosity(True)
     call()
-    told = capfd.readouterr().out
-    assert told.startswith("\nApplying filter apply_coord_spectral_smoothing with")
-    assert told.count("Applying filter") == 1
+    printed = capfd.readouterr().out
+    assert printed.startswith("\nApplying filter apply_coord_spectral_smoothing with")
+    assert printed.count("Applying filter") == 1
     ms.set_verbosity(False)
     call()
     assert capfd.readouterr() == ("", "")

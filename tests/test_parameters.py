@@ -74,10 +74,11 @@ def test_invalid_values_are_refused_and_the_parameter_is_named(name):
         (
             mss.smooth,
             {"barycenter_weight": np.ones((30, 2))},
-            r"is an array of shape \(30, 2\); pass one number, or one",
+            r"is an array of shape \(30, 2\); pass one number",
         ),
         (mss.smooth, {"barycenter_weight": np.ones(3)}, "has 3 entries; this mesh has 30 vertices"),
         (mss.smooth, {"barycenter_weight": np.zeros(30)}, r"barycenter_weight\[0\] is 0.0"),
+        (mss.enhance, {"barycenter_weight": np.ones(30)}, r"is an array of shape \(30,\); it must be one number"),
         (mss.smooth, {"barycenter_weight": 1e300}, r"barycenter_weight is 1e\+300; it must be one number from 1.5e-08"),
         (mss.smooth, {"barycenter_weight": 1e-300}, "barycenter_weight is 1e-300"),
         (mss.smooth, {"iterations": 10**6}, "iterations is 1000000; it must be an integer from 1 to 1000"),

@@ -372,7 +372,7 @@ def test_a_box_is_taken_by_its_edges():
 
 
 def test_a_report_of_a_large_mesh_keeps_no_surfaces(monkeypatch):
-    monkeypatch.setattr(filters, "_MOST_PICTURED", 100)
+    monkeypatch.setattr(filters, "_MAX_PICTURED", 100)
     report = mss.apply_coord_spectral_smoothing(meshset.new(*ROUGH))
     assert "<img" not in report._repr_html_()
     assert report.summary.startswith("isotropic, barycenter weight")

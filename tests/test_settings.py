@@ -194,7 +194,7 @@ def test_the_choice_is_a_setting_with_the_table_of_what_was_considered():
     assert {type(each.setting.low_pass) for each in choice.considered} == {mss.Heat, mss.Ideal}
     assert str(choice.setting) in str(choice)
     normals = mss.choose(ops, criterion="normals").setting
-    assert normals.barycenter_weight < choice.setting.barycenter_weight
+    assert normals != choice.setting
 
 
 def test_the_choice_for_a_mesh_without_noise_says_so():

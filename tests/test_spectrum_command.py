@@ -79,14 +79,14 @@ def test_the_whole_filter_is_what_the_three_steps_do_to_a_wave():
     nx = ny = 24
     F = torus_graph(nx, ny)
     S = np.asarray(
-        mss.prepare(np.zeros((nx * ny, 3)) + np.eye(3)[0], F, weld=False).L.graph.symmetric_laplacian().toarray()
+        mss.assemble(np.zeros((nx * ny, 3)) + np.eye(3)[0], F, weld=False).L.graph.symmetric_laplacian().toarray()
     )
     values, waves = np.linalg.eigh(S)
     for k in (5, 100, 400):
         V = np.outer(waves[:, k], [1.0, 2.0, 0.5])
         weight, cutoff = 0.4, 0.9 * values[k]
-        wavelength = np.pi / np.sqrt(cutoff) * mss.prepare(V, F, weld=False).mean_edge
-        wavelength *= 2.0 ** mss.prepare(V, F, weld=False).exponent
+        wavelength = np.pi / np.sqrt(cutoff) * mss.assemble(V, F, weld=False).mean_edge
+        wavelength *= 2.0 ** mss.assemble(V, F, weld=False).exponent
         result = mss.smooth(V, F, wavelength=wavelength, response="heat", barycenter_weight=weight, weld=False)
         gain = np.exp2(-values[k] / result.cutoff)
         expected = transfer_function(np.array([values[k]]), np.array([gain]), weight)[0]

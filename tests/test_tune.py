@@ -41,10 +41,10 @@ def test_sliders_say_where_they_stand():
 
 
 def test_a_further_setting_starts_from_the_last():
-    prepared = mss.prepare(*rough(torus(60, 40)))
-    first = window.smoothed(prepared, Setting(20.0, 0.3, "heat"))
+    ops = mss.assemble(*rough(torus(60, 40)))
+    first = window.smoothed(ops, Setting(20.0, 0.3, "heat"))
     near = Setting(20.0, 0.31, "heat")
-    again, anew = window.smoothed(prepared, near, start=first), window.smoothed(prepared, near)
+    again, anew = window.smoothed(ops, near, start=first), window.smoothed(ops, near)
     assert sum(again.cg_iterations) < sum(anew.cg_iterations)
     assert again.vertices == pytest.approx(anew.vertices, abs=1e-3 * anew.displacement)
     assert f"{again.modes:.0f} modes kept" in window.told(again)
@@ -78,10 +78,10 @@ def test_buttons_save_the_mesh_and_the_script_and_print_the_call(scan, tmp_path,
     setting = Setting(8.0, 0.4, "butterworth", 0.5)
     said = []
 
-    def press_all(prepared, first, actions, *, features, screenshot):
+    def press_all(ops, first, actions, *, features, screenshot):
         assert screenshot is None
         assert (features is None) == (first.gain == 0)
-        result = window.smoothed(prepared, setting, features)
+        result = window.smoothed(ops, setting, features)
         said.extend(action(setting, result) for action in actions.values())
 
     monkeypatch.setattr(command, "tune", press_all)

@@ -1,4 +1,4 @@
-"""The command line: one file a subcommand, each with ``add_arguments`` and ``run``; here they are only routed to."""
+"""The command line: parses the arguments and calls a subcommand, each a module with ``add_arguments`` and ``run``."""
 
 from __future__ import annotations
 
@@ -46,34 +46,34 @@ class Crashed(SpecsmoothError):  # noqa: N818 (named for what is wrong, as the o
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run ``specsmooth`` with these arguments (those of the process by default); returns the exit code."""
     if sys.stderr is None:  # closed (2>&-)
-        sys.stderr = Path(os.devnull).open("w", encoding="utf-8")  # noqa: SIM115 (for as long as the process)
-    if sys.stdout is None:  # closed (>&-): the next file to be opened would get its number, and all that C++ prints
-        return _complain("standard output is closed", FAILED)
+        sys.stderr = Path(os.devnull).open("w", encoding="utf-8")  # noqa: SIM115 (open until the process ends)
+    if sys.stdout is None:  # closed (>&-): the next file opened would get its number, and everything that C++ prints
+        return _report_error("standard output is closed", FAILED)
     try:
-        with _signals_end_it(), _anything_can_be_printed(), _a_warning_is_a_line():
+        with _exit_on_signals(), _escape_unencodable(), _warnings_as_notices():
             return _run(arguments)
     except InvalidParameter as error:
-        return _complain(error, USAGE)
+        return _report_error(error, USAGE)
     except (PyMeshLabException, SpecsmoothError) as error:
-        return _complain(error, FAILED)
+        return _report_error(error, FAILED)
     except MemoryError:
-        return _complain("memory ran out", FAILED)
-    except BrokenPipeError:  # whoever read the output has seen enough
+        return _report_error("memory ran out", FAILED)
+    except BrokenPipeError:  # the reader of the output has closed it
         return FAILED
     except OSError as error:
-        return _complain(f"{error.filename or 'standard output'}: {error.strerror or error}", FAILED)
+        return _report_error(f"{error.filename or 'standard output'}: {error.strerror or error}", FAILED)
     except KeyboardInterrupt:
-        code = _complain("interrupted", FAILED)
+        code = _report_error("interrupted", FAILED)
         if arguments is None and _may_set_handlers():
-            # all is put back and said. Compiled code whose loading was interrupted can crash when Python takes it apart
+            # everything is undone and reported; a normal exit can crash in a half-imported extension module
             sys.stderr.flush()
             os._exit(code)
         return code
 
 
 @contextlib.contextmanager
-def _anything_can_be_printed() -> Iterator[None]:
-    """Letters that standard output has not, as those of a file's name may be, are spelled out."""
+def _escape_unencodable() -> Iterator[None]:
+    """Escape characters, as of file names, that the encoding of standard output does not have."""
     stream = sys.stdout
     if not isinstance(stream, io.TextIOWrapper):
         yield
@@ -87,25 +87,25 @@ def _anything_can_be_printed() -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def _a_warning_is_a_line() -> Iterator[None]:
-    """That something is slow is said without the line of code that noticed it."""
+def _warnings_as_notices() -> Iterator[None]:
+    """Print warnings of the class Slow as notices, without the line of code that raised them."""
     with warnings.catch_warnings():
         warnings.simplefilter("default", Slow)
         show = warnings.showwarning
 
-        def say(message: Warning | str, category: type[Warning], *rest: Any, **named: Any) -> None:
+        def print_warning(message: Warning | str, category: type[Warning], *rest: Any, **named: Any) -> None:
             if issubclass(category, Slow):
                 notice(message)
             else:
                 show(message, category, *rest, **named)
 
-        warnings.showwarning = say
+        warnings.showwarning = print_warning
         yield
 
 
 def _run(arguments: Sequence[str] | None) -> int:
     try:
-        given = _parsed(arguments)
+        given = _parse_arguments(arguments)
         file = getattr(given, "input", getattr(given, "mesh", None))
         # a program of its own, and a file that may end it. A copy has no other threads
         if arguments is None and file is not None and copies.are_possible() and threading.active_count() == 1:
@@ -114,13 +114,13 @@ def _run(arguments: Sequence[str] | None) -> int:
         return DONE
     finally:
         _flush()
-        if arguments is None and _may_set_handlers():  # the process ends now; nothing is left to interrupt
+        if arguments is None and _may_set_handlers():  # the process ends now
             signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def _run_in_a_copy(given: argparse.Namespace, file: str) -> int:
     """Run a command in a copy of this process; what it wrote gets to its place when the copy has ended well."""
-    for place in _places(given):  # of what a process left that was killed
+    for place in _output_folders(given):  # of what a process left that was killed
         temporary.remove_stale(place)
     handed_on = {signal.SIGINT, signal.SIGTERM, signal.SIGHUP}
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {*handed_on, signal.SIGCHLD})
@@ -147,15 +147,15 @@ def _run_in_a_copy(given: argparse.Namespace, file: str) -> int:
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
     if code != DONE:
-        for place in _places(given):  # what the copy was writing
+        for place in _output_folders(given):  # what the copy was writing
             temporary.remove_stale(place, copy.process)
     if code < 0:
         raise Crashed(f"{file}: the process that read, changed or wrote it crashed ({signal.Signals(-code).name})")
     return code
 
 
-def _places(given: argparse.Namespace) -> list[Path]:
-    """The folders that a command writes to."""
+def _output_folders(given: argparse.Namespace) -> list[Path]:
+    """List the folders that a command writes to."""
     output, out = getattr(given, "output", None), getattr(given, "out", None)
     places = [Path(tempfile.gettempdir())]
     if output is not None:
@@ -167,34 +167,34 @@ def _places(given: argparse.Namespace) -> list[Path]:
 
 
 def _may_set_handlers() -> bool:
-    """Python allows it in the main thread alone."""
+    """Whether this is the main thread, the only one that may set handlers of signals."""
     return threading.current_thread() is threading.main_thread()
 
 
 def _flush() -> None:
-    """Write out what was printed, while an error can still be told; at the exit of Python it no longer can."""
+    """Flush standard output while an error can still be reported, which is impossible at the exit of Python."""
     try:
         sys.stdout.flush()
     except OSError:
         nowhere = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(nowhere, sys.stdout.fileno())  # or Python tries once more, in vain
+        os.dup2(nowhere, sys.stdout.fileno())  # or Python would try again at its exit, and fail
         os.close(nowhere)
         raise
 
 
-def _parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
-    """The arguments; of what a subcommand does not know, its own usage is printed, and not that of all subcommands."""
-    given, unknown = _parser().parse_known_args(arguments)
+def _parse_arguments(arguments: Sequence[str] | None) -> argparse.Namespace:
+    """Parse the arguments; for unknown ones, the usage of the subcommand is printed."""
+    given, unknown = _make_parser().parse_known_args(arguments)
     if unknown:
         parser: argparse.ArgumentParser = given.parser
         options = [option for action in parser._actions for option in action.option_strings]
-        misspelled = [word.partition("=")[0] for word in unknown if word.startswith("-")]
-        remedies = "".join(suggest(name, options) for name in misspelled)
-        parser.error(f"unrecognized arguments: {' '.join(misspelled or unknown)}" + (remedies and f".{remedies}"))
+        unknown_options = [word.partition("=")[0] for word in unknown if word.startswith("-")]
+        remedies = "".join(suggest(name, options) for name in unknown_options)
+        parser.error(f"unrecognized arguments: {' '.join(unknown_options or unknown)}" + (remedies and f".{remedies}"))
     return given
 
 
-def _parser() -> argparse.ArgumentParser:
+def _make_parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="specsmooth",
         description="Spectral mesh smoothing with barycenter constraints, for meshes of any format that MeshLab reads.",
@@ -216,16 +216,16 @@ def _parser() -> argparse.ArgumentParser:
 
 
 @contextlib.contextmanager
-def _signals_end_it() -> Iterator[None]:
-    """Let signals that end the process unwind it, so that temporary folders are removed.
+def _exit_on_signals() -> Iterator[None]:
+    """Exit by an exception at signals that end the process, so that temporary folders are removed.
 
-    Not in a thread, and not where the process was told to do otherwise (nohup).
+    Has no effect in threads, and for signals that have another handler or are ignored (nohup).
     """
     names = [name for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]  # Windows has no SIGHUP
     numbers = [getattr(signal, name) for name in names]
     ours = [number for number in numbers if _may_set_handlers() and signal.getsignal(number) is signal.SIG_DFL]
     for number in ours:
-        signal.signal(number, _end)
+        signal.signal(number, _exit)
     try:
         yield
     finally:
@@ -233,10 +233,10 @@ def _signals_end_it() -> Iterator[None]:
             signal.signal(number, signal.SIG_DFL)
 
 
-def _end(number: int, frame: FrameType | None) -> None:
+def _exit(number: int, frame: FrameType | None) -> None:
     raise SystemExit(128 + number)
 
 
-def _complain(problem: object, code: int) -> int:
+def _report_error(problem: object, code: int) -> int:
     notice(problem)
     return code

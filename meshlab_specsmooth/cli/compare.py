@@ -7,7 +7,7 @@ import shlex
 from pathlib import Path
 
 from meshlab_specsmooth.cli.demo import noise_level, seed_number
-from meshlab_specsmooth.cli.meshes import say_rounding
+from meshlab_specsmooth.cli.meshes import report_rounding
 from meshlab_specsmooth.cli.options import add_overwrite
 from meshlab_specsmooth.cli.progress import bar, notice
 from meshlab_specsmooth.comparison.comparison import table
@@ -62,7 +62,7 @@ def run(arguments: argparse.Namespace) -> None:
         inputs = [each for each in (arguments.mesh, arguments.ground_truth) if each is not None]
         page.check_inputs(arguments.out, inputs, [each.name for each in wanted])
     ms = mesh_files.read(arguments.mesh)
-    say_rounding(ms, arguments.mesh)
+    report_rounding(ms, arguments.mesh)
     precision.check_drawable(meshset.get_arrays(ms)[0], arguments.mesh)
     has_extra = True
     try:

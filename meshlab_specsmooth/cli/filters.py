@@ -8,7 +8,7 @@ import textwrap
 from meshlab_specsmooth.meshlab import descriptors
 
 SUMMARY = "list the filters, or describe one"
-DESCRIPTION = "Lists the filters that scripts can call on a MeshSet, or describes one with all its parameters."
+DESCRIPTION = "Lists the filters for MeshSets and filter scripts, or describes one with all its parameters."
 EXAMPLES = """examples:
   specsmooth filters
   specsmooth filters apply_coord_spectral_smoothing"""
@@ -20,7 +20,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Print what the descriptors say."""
+    """Print the list of filters, or the description of one."""
     if arguments.name is None:
         for name in descriptors.names():
             print(f"{name:42}{descriptors.load(name).name}")

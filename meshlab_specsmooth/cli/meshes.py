@@ -1,4 +1,4 @@
-"""Meshes of the command line: read, with all that is to be said before the work, and written."""
+"""Read and write the meshes of a command, and print notices about them."""
 
 from __future__ import annotations
 
@@ -12,23 +12,27 @@ from meshlab_specsmooth.meshlab import losses, mesh_files, meshset, precision
 
 
 def read_to_write(arguments: argparse.Namespace, moves: bool = False) -> Any:
-    """The MeshSet of the input; what is wrong with the input or would be with the output is said, or refused.
+    """Read the input into a MeshSet; print notices about data and digits that will be lost.
 
     Parameters
     ----------
     arguments : Namespace
     moves : bool
-        The mesh may be moved elsewhere, where its coordinates have other digits: those are checked at the end.
+        Whether the mesh may be moved far, so that the rounding of the output is only checked by :func:`write`.
+
+    Returns
+    -------
+    pymeshlab.MeshSet
 
     Raises
     ------
     InvalidParameter
         The output is the input, and ``--overwrite`` is not given.
     FileError
-        It cannot be read; a texture would replace another file; or coordinates are rounded too far.
+        The input cannot be read, a texture would replace another file, or coordinates are rounded too much.
     """
     if not arguments.overwrite and Path(arguments.input).resolve() == Path(arguments.output).resolve():
-        raise InvalidParameter(f"{arguments.output} is the input and the output; --overwrite replaces it")
+        raise InvalidParameter(f"{arguments.output} is both input and output; --overwrite replaces it")
     ms = mesh_files.read(arguments.input)
     mesh_files.check_textures(ms, arguments.output, arguments.input)
     lost = losses.find_losses(arguments.input)
@@ -39,15 +43,15 @@ def read_to_write(arguments: argparse.Namespace, moves: bool = False) -> Any:
 
 
 def write(ms: Any, arguments: argparse.Namespace, moved: bool = False) -> None:
-    """Write the output, and say what is missing; raises :class:`FileError`."""
+    """Write the output, and print notices about it; raises :class:`FileError`."""
     if moved:
         _check_rounding(ms, arguments, arguments.output)
     for line in mesh_files.write(ms, arguments.output, source=arguments.input).notices:
         notice(line)
 
 
-def say_rounding(ms: Any, source: str) -> None:
-    """Say how far the coordinates of an input were rounded already, where it is far."""
+def report_rounding(ms: Any, source: str) -> None:
+    """Print a notice if the coordinates of an input were rounded considerably."""
     for line in precision.check_rounding(*meshset.get_arrays(ms), source, None, force=True):
         notice(line)
 

@@ -1,4 +1,4 @@
-"""Command-line options from a filter's descriptor, and back to its keyword arguments."""
+"""Options of the command line from the descriptor of a filter, and its keyword arguments from the options."""
 
 from __future__ import annotations
 
@@ -10,35 +10,35 @@ from meshlab_specsmooth.meshlab.descriptors import Descriptor, Length, Parameter
 
 
 def add_files(parser: argparse.ArgumentParser) -> None:
-    """The mesh that is read, and the one that is written."""
+    """Add the arguments for input and output mesh, and the options about writing."""
     add_input(parser, "IN")
-    parser.add_argument("output", metavar="OUT", help="mesh to write: whole or not at all, in the format of its ending")
+    parser.add_argument("output", metavar="OUT", help="mesh to write, in the format of its suffix")
     add_force(parser)
     add_overwrite(parser)
 
 
 def add_overwrite(parser: argparse.ArgumentParser) -> None:
-    """Whether the output may be the input."""
-    parser.add_argument("--overwrite", action="store_true", help="write also where that replaces the input")
+    """Add the option that allows the output to be the input."""
+    parser.add_argument("--overwrite", action="store_true", help="allow the output to replace the input")
 
 
 def add_force(parser: argparse.ArgumentParser) -> None:
-    """Whether coordinates may be rounded."""
+    """Add the option that allows coordinates to be rounded."""
     parser.add_argument(
         "--force",
         action="store_true",
-        help="write also where the format of the output, or that of the input, rounds coordinates by more than a tenth "
-        "of a mean edge",
+        help="write even if the format of the input or the output rounds coordinates by more than a tenth of a mean "
+        "edge",
     )
 
 
 def add_input(parser: argparse.ArgumentParser, metavar: str) -> None:
-    """The mesh that is read."""
+    """Add the argument for the input mesh."""
     parser.add_argument("input", metavar=metavar, help="mesh to read, in any format that pymeshlab reads")
 
 
 def add_options(parser: argparse.ArgumentParser, descriptor: Descriptor, only: Collection[str] | None = None) -> None:
-    """One option a parameter, or some of them: same name, type, choices, default and help as everywhere else."""
+    """Add an option for each parameter of a filter, or for some, with its name, type, choices, default and help."""
     for parameter in _parameters(descriptor, only):
         kind: dict[str, Any] = {"choices": parameter.values} if parameter.type == "enum" else _TYPES[parameter.type]
         parser.add_argument(
@@ -56,13 +56,13 @@ def _parameters(descriptor: Descriptor, only: Collection[str] | None) -> list[Pa
 def given_parameters(
     arguments: argparse.Namespace, descriptor: Descriptor, only: Collection[str] | None = None
 ) -> dict[str, Any]:
-    """Keyword arguments for the filter; only what differs from its defaults."""
+    """Return the keyword arguments for the filter that differ from its defaults."""
     values = {parameter.name: getattr(arguments, parameter.name) for parameter in _parameters(descriptor, only)}
     return {name: value for name, value in values.items() if value != descriptor[name].default}
 
 
 def _length(text: str) -> float | Length:
-    """A plain number is in mesh units, a number with a per-cent sign a share of the bounding-box diagonal."""
+    """Parse a number in mesh units, or with a percent sign a percentage of the bounding-box diagonal."""
     if text.endswith("%"):
         return Length(float(text[:-1]) / 100)
     return float(text)

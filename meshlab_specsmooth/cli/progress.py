@@ -1,4 +1,4 @@
-"""What is printed: a progress bar on a terminal, lines elsewhere."""
+"""Output of the command line: progress bars on terminals, lines and notices."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from meshlab_specsmooth.errors import MissingExtra
 from meshlab_specsmooth.runtime import bars
 from meshlab_specsmooth.runtime.progress import Progress
 
-# Share of a bar that is left for the writing of a file, which does not say how far it is
+# Fraction of a bar after which the file is written, which reports no progress
 FILTERING = 0.95
 
 
 @contextlib.contextmanager
 def bar(stage: str) -> Iterator[Progress | None]:
-    """A bar as a callback for the fraction done, or None where standard error is no terminal.
+    """Yield a progress bar as a callback for the fraction done, or None if standard error is not a terminal.
 
-    The bar itself is the extra ``progress``; without it a line says so, and the work goes on.
+    The bar needs the extra ``progress``; without it a line recommends to install it, and None is yielded.
     """
     if not sys.stderr.isatty():
         yield None
@@ -36,19 +36,19 @@ def bar(stage: str) -> Iterator[Progress | None]:
 
 
 def say(line: str) -> None:
-    """A line on standard output, above a bar if there is one."""
+    """Print a line to standard output, above the bar if there is one."""
     with bars.above_bars(sys.stdout):
         print(line, flush=True)
 
 
 def notice(message: object) -> None:
-    """A message on one line of standard error, printable whatever the names of files in it."""
+    """Print a message on one line of standard error, with unprintable characters escaped."""
     with bars.above_bars(sys.stderr):
         print("specsmooth:", printable(" ".join(str(message).split())), file=sys.stderr)
 
 
 def printable(text: str) -> str:
-    r"""Text in which what is not printable is spelled out.
+    r"""Escape unprintable characters.
 
     Examples
     --------

@@ -10,13 +10,13 @@ import math
 import sys
 from pathlib import Path
 
-from meshlab_specsmooth.cli.meshes import say_rounding
+from meshlab_specsmooth.cli.meshes import report_rounding
 from meshlab_specsmooth.cli.options import add_input, add_options, given_parameters
 from meshlab_specsmooth.cli.progress import bar
 from meshlab_specsmooth.describe import count_of, format_edges
-from meshlab_specsmooth.errors import FileError, InvalidParameter, MissingExtra
+from meshlab_specsmooth.errors import FileError, MissingExtra
 from meshlab_specsmooth.meshlab import descriptors, filters, mesh_files, meshset
-from meshlab_specsmooth.meshlab.parameters import PyMeshLabException, resolve
+from meshlab_specsmooth.meshlab.parameters import resolve
 from meshlab_specsmooth.power_spectrum import Spectrum, spectrum
 from meshlab_specsmooth.report.spectrum_plot import spectrum_plot
 from meshlab_specsmooth.runtime import atomic
@@ -25,14 +25,14 @@ from meshlab_specsmooth.spectral.response import name_of, response
 
 _SPECTRUM = descriptors.load("get_spectrum")
 _SMOOTHING = descriptors.load("apply_coord_spectral_smoothing")
-# Share of the time that the spectrum takes
+# Fraction of the time that the spectrum takes
 _MEASURING = 0.5
 
 _SHOWN = ("modes", "wavelength", "response", "barycenter_weight")
 
-SUMMARY = "show how shape, detail and noise are spread over frequencies"
+SUMMARY = "show the distribution of shape, detail and noise over the frequencies"
 DESCRIPTION = """Measures the power spectrum of the coordinates and of the differential coordinates, the density of
-modes, the noise and the noise floor, and draws what a filter would keep of them: the one that `specsmooth smooth`
+modes, the noise and the noise floor, and plots them with the transfer function of the filter that `specsmooth smooth`
 would apply with these options. Writes spectrum.json, spectrum.csv and spectrum.png."""
 EXAMPLES = """examples:
   specsmooth spectrum scan.ply
@@ -49,7 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Measure, choose, write, and say what was found."""
+    """Measure the spectrum, choose the filter, write the files, and print a summary."""
     out = Path(arguments.out)
     try:
         out.mkdir(parents=True, exist_ok=True)
@@ -58,12 +58,9 @@ def run(arguments: argparse.Namespace) -> None:
     for name in ("spectrum.json", "spectrum.csv", "spectrum.png"):
         atomic.check_place(out / name)
     ms = mesh_files.read(arguments.input)
-    say_rounding(ms, arguments.input)
+    report_rounding(ms, arguments.input)
     given = given_parameters(arguments, _SMOOTHING, only=_SHOWN) | {"laplacian": arguments.laplacian}
-    try:
-        resolve(_SMOOTHING, given, ms)
-    except PyMeshLabException as error:
-        raise InvalidParameter(str(error)) from error
+    resolve(_SMOOTHING, given, ms)  # before the work
     with bar("measuring the spectrum") as progress:
         measured = spectrum(*meshset.get_arrays(ms), **given_parameters(arguments, _SPECTRUM))
         chosen = filters.apply_coord_spectral_smoothing(
@@ -101,7 +98,7 @@ _COLUMNS = ("eigenvalue", "wavelength", "modes", "coordinate_power", "differenti
 
 
 def as_json(measured: Spectrum, chosen: dict[str, object]) -> str:
-    """The spectrum and the filter; JSON has no infinity, so the wavelength of the constant is null."""
+    """Format the spectrum and the filter as JSON; the infinite wavelength of the constant mode is null."""
     bands = {name: [x if math.isfinite(x) else None for x in getattr(measured, name).tolist()] for name in _COLUMNS}
     evidence = {name: chosen[name] for name in ("response", "cutoff", "modes", "wavelength", "barycenter_weight")}
     noise = {name: getattr(measured.noise, name) for name in ("level", "low", "high", "kind", "mean_edge")}
@@ -116,7 +113,7 @@ def as_json(measured: Spectrum, chosen: dict[str, object]) -> str:
 
 
 def as_csv(measured: Spectrum) -> str:
-    """A line a band."""
+    """Format the spectrum as CSV, with a line for each band."""
     text = io.StringIO()
     lines = csv.writer(text, lineterminator="\n")
     lines.writerow(_COLUMNS)

@@ -21,10 +21,10 @@ from meshlab_specsmooth.spectral.response import name_of
 
 _DESCRIPTOR = descriptors.load("apply_coord_spectral_smoothing")
 
-SUMMARY = "find a setting with sliders, in a window"
-DESCRIPTION = """Opens a window with sliders for cut-off, weight, response and, where the mesh has features, their gain;
-the surface follows at once. It starts at the weight that the noise asks for. Buttons save the mesh, save the filter as
-a script that `specsmooth run` and MeshSets apply, or print the call in Python."""
+SUMMARY = "find a setting interactively, with sliders"
+DESCRIPTION = """Opens a window with sliders for cut-off, weight, response and, if the mesh has features, their gain;
+the surface is updated at once. The initial weight is chosen by the noise. Buttons save the mesh, save the filter
+as a script for `specsmooth run` and MeshSets, or print the call in Python."""
 EXAMPLES = """examples:
   specsmooth tune scan.ply
   specsmooth tune scan.ply --out smooth.ply --script smooth.mlx
@@ -35,16 +35,16 @@ EXAMPLES = """examples:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of the subcommand."""
     add_input(parser, "MESH")
-    parser.add_argument("--out", metavar="FILE", help="what the mesh is saved as (default: MESH-smooth.ply)")
-    parser.add_argument("--script", metavar="FILE", help="what the script is saved as (default: MESH-smooth.mlx)")
-    parser.add_argument("--screenshot", metavar="FILE", help="write a PNG of the window instead; needs no display")
+    parser.add_argument("--out", metavar="FILE", help="file for the mesh (default: MESH-smooth.ply)")
+    parser.add_argument("--script", metavar="FILE", help="file for the script (default: MESH-smooth.mlx)")
+    parser.add_argument("--screenshot", metavar="FILE", help="render the window to a PNG instead; needs no display")
     add_options(parser, _DESCRIPTOR, only=("features",))
     add_force(parser)
-    parser.set_defaults(writes_at_once=True)  # at a button, while the window stays open
+    parser.set_defaults(writes_at_once=True)  # when a button is pressed, while the window stays open
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Read, open, and do what the buttons say."""
+    """Read the mesh, open the window, and perform the actions of its buttons."""
     source = Path(arguments.input)
     out = Path(arguments.out or source.with_name(f"{source.stem}-smooth.ply"))
     script = Path(arguments.script or source.with_name(f"{source.stem}-smooth.mlx"))
@@ -57,9 +57,9 @@ def run(arguments: argparse.Namespace) -> None:
         notice(line)
     features = features_of(ms, arguments.features)
     ops = assemble(*meshset.get_arrays(ms))
-    least, most = WEIGHTS
+    low, high = WEIGHTS
     chosen = smooth(ops)
-    weight, response = min(max(float(chosen.barycenter_weight), least), most), name_of(chosen.response)
+    weight, response = min(max(float(chosen.barycenter_weight), low), high), name_of(chosen.response)
     first = Setting(DEFAULT_WAVELENGTH_IN_EDGES, weight, response, 1.0 if features is not None else 0.0)
 
     def save_mesh(setting: Setting, result: SmoothingResult) -> str:
@@ -86,13 +86,13 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def parameters(setting: Setting, result: SmoothingResult, features: str) -> dict[str, Any]:
-    """The filter's parameters where the sliders stand."""
+    """Return the parameters of the filter for the positions of the sliders."""
     given = {"wavelength": result.wavelength, "barycenter_weight": setting.weight, "response": setting.response}
     return given if features == "none" else given | {"features": features, "feature_gain": setting.gain}
 
 
 def call(given: dict[str, Any]) -> str:
-    """The call on a MeshSet as one would type it; lengths are in mesh units."""
+    """Format the call on a MeshSet in Python; lengths are in mesh units."""
     typed = ", ".join(
         f"{name}=pymeshlab.PureValue({value!r})" if name == "wavelength" else f"{name}={value!r}"
         for name, value in given.items()

@@ -36,52 +36,53 @@ def apply_coord_edge_aware_smoothing(
     """Edge-Aware Smooth, in place on the current mesh.
 
     Smooths the surface and keeps its edges: low-passes the face normals on the graph of faces, with weights that
-    fall across creases, and lets the vertices follow. What is not given is chosen by the estimated error, so that
-    it needs no parameter.
+    decrease across edges, and fits the vertices to them. Parameters that are not given are chosen by the estimated
+    error.
 
     Parameters
     ----------
     criterion : position | normals, default position
-        Whether the error of positions is to be least, or rather that of the normals: then the noise is taken
-        for higher.
+        Error to be minimized: that of the positions, or that of the normals, for which a higher noise level is
+        assumed.
     strength : float in [0, 1000], default 0.0
-        Strength of the low-pass of the normals: 0.1 is gentle, 2 to 6 suits hard edges under much noise. 0:
+        Strength of the low-pass of the normals: 0.1 is weak; 2 to 6 suits sharp edges and strong noise. 0:
         chosen by estimated error.
     range_sigma : float in [0, 2], default 0.0
-        Difference of unit normals that counts as an edge: 0.2 for hard edges, 0.6 for organic shapes. 0: chosen
-        by estimated error.
+        Difference of unit normals that is considered an edge: 0.2 for sharp edges, 0.6 for organic shapes. 0:
+        chosen by estimated error.
     iterations : int in [0, 100], default 0
-        How often normals are filtered and vertices follow. 0: chosen by estimated error.
+        Number of times that the normals are filtered and the vertices fitted to them. 0: chosen by estimated
+        error.
     start : auto | given | smoothed, default auto
-        What the first pass filters: the surface as given, for hard edges, or the isotropically smoothed one,
-        for organic shapes. auto: chosen by estimated error; as given where strength, range sigma and iterations are
-        given.
+        Surface that the first iteration filters: the given one, for sharp edges, or the isotropically smoothed
+        one, for organic shapes. auto: chosen by estimated error; the given one if strength, range sigma and
+        iterations are given.
     barycenter_weight : float in [0, 1000], default 0.0
-        How firmly the isotropic filter, which the first pass is guided by or starts from, holds the face
-        barycenters. 0: chosen by the noise.
+        Barycenter weight of the isotropic filter, whose result guides the first iteration or is its start. 0:
+        chosen by the noise.
     boundary : free | fixed | curve | auto, default auto
-        What happens at the boundary of an open surface: free treats it like the rest, which may draw it
-        inward, fixed leaves it to the bit, so that tiles with a common edge still fit, curve smooths it along
-        itself. auto: it follows the normals of its faces, and is not drawn inward.
+        Boundary of an open surface: free treats it like the interior, which may draw it inward; fixed leaves it
+        exactly unchanged, so that adjacent tiles still fit; curve smooths it as a curve. auto fits it to the
+        normals of its faces without drawing it inward.
     selected : bool, default whether something is selected
         Moves only selected vertices and those of selected faces; the effect fades out toward the others.
-        Default: on when something is selected, unless the selection marks features.
+        Default: on if anything is selected, unless the selection marks features.
     features : none | vertex_selection | face_selection | vertex_quality, default none
-        Which vertices carry detail to be kept or enhanced: the selected ones, those of selected faces, or each
-        to the degree of its quality, a weight from 0 to 1.
+        Vertices with detail to be kept or enhanced: the selected ones, those of selected faces, or all,
+        weighted by their quality from 0 to 1.
     feature_gain : float in [0, 100], default 1.0
-        What features keep of the displacement that smoothing asks for: 0 smooths them as the rest, 1 keeps them
-        where they are, above 1 enhances their detail.
+        Fraction of the displacement that is withheld from features: 0 smooths them like the other vertices, 1
+        leaves them unchanged, values above 1 enhance their detail.
     creases : none | edge_selection, default none
-        Edges that nothing crosses: those that are selected, as by compute_selection_crease_per_edge. Faces on
-        their opposite sides exchange no normals.
+        Edges across which nothing is smoothed: the selected ones, e.g. by compute_selection_crease_per_edge.
+        Faces on opposite sides do not affect each other's normals.
     crease_angle : float in [0, 180], default 0.0
-        In place of a selection of edges: all edges whose faces' normals differ by more than this angle in
-        degrees are creases; under noise it is the normals after a first edge-aware low-pass that are compared.
-        0: none, below 180.
+        Instead of a selection: edges whose adjacent face normals differ by more than this angle, in degrees
+        below 180, are creases; on noisy meshes the normals after a first edge-aware low-pass are compared. 0:
+        none.
     weld : bool, default True
-        Vertices that lie at one place, as along texture seams and in triangle soups, move as one. Off: each
-        copy is a vertex of its own, and the surface ends at its edges.
+        Coincident vertices, as along texture seams and in triangle soups, move as one. Off: they are separate
+        vertices, and the surface has a boundary there.
     """
 
 def apply_coord_spectral_denoising(
@@ -99,37 +100,37 @@ def apply_coord_spectral_denoising(
 ) -> Report:
     """Spectral Denoise, in place on the current mesh.
 
-    Removes noise and keeps shape, without a parameter: measures the noise, tries the isotropic filter and settings
-    of the edge-aware one, and takes what has the least estimated error.
+    Removes noise and keeps the shape, without any parameter: measures the noise, tries the isotropic filter and
+    several settings of the edge-aware one, and returns the result of least estimated error.
 
     Parameters
     ----------
     criterion : position | normals, default position
-        Whether the error of positions is to be least, or rather that of the normals: then the noise is taken
-        for higher.
+        Error to be minimized: that of the positions, or that of the normals, for which a higher noise level is
+        assumed.
     boundary : free | fixed | curve | auto, default auto
-        What happens at the boundary of an open surface: free treats it like the rest, which may draw it
-        inward, fixed leaves it to the bit, so that tiles with a common edge still fit, curve smooths it along
-        itself. auto: it follows the normals of its faces, and is not drawn inward.
+        Boundary of an open surface: free treats it like the interior, which may draw it inward; fixed leaves it
+        exactly unchanged, so that adjacent tiles still fit; curve smooths it as a curve. auto fits it to the
+        normals of its faces without drawing it inward.
     selected : bool, default whether something is selected
         Moves only selected vertices and those of selected faces; the effect fades out toward the others.
-        Default: on when something is selected, unless the selection marks features.
+        Default: on if anything is selected, unless the selection marks features.
     features : none | vertex_selection | face_selection | vertex_quality, default none
-        Which vertices carry detail to be kept or enhanced: the selected ones, those of selected faces, or each
-        to the degree of its quality, a weight from 0 to 1.
+        Vertices with detail to be kept or enhanced: the selected ones, those of selected faces, or all,
+        weighted by their quality from 0 to 1.
     feature_gain : float in [0, 100], default 1.0
-        What features keep of the displacement that smoothing asks for: 0 smooths them as the rest, 1 keeps them
-        where they are, above 1 enhances their detail.
+        Fraction of the displacement that is withheld from features: 0 smooths them like the other vertices, 1
+        leaves them unchanged, values above 1 enhance their detail.
     creases : none | edge_selection, default none
-        Edges that nothing crosses: those that are selected, as by compute_selection_crease_per_edge. Faces on
-        their opposite sides exchange no normals.
+        Edges across which nothing is smoothed: the selected ones, e.g. by compute_selection_crease_per_edge.
+        Faces on opposite sides do not affect each other's normals.
     crease_angle : float in [0, 180], default 0.0
-        In place of a selection of edges: all edges whose faces' normals differ by more than this angle in
-        degrees are creases; under noise it is the normals after a first edge-aware low-pass that are compared.
-        0: none, below 180.
+        Instead of a selection: edges whose adjacent face normals differ by more than this angle, in degrees
+        below 180, are creases; on noisy meshes the normals after a first edge-aware low-pass are compared. 0:
+        none.
     weld : bool, default True
-        Vertices that lie at one place, as along texture seams and in triangle soups, move as one. Off: each
-        copy is a vertex of its own, and the surface ends at its edges.
+        Coincident vertices, as along texture seams and in triangle soups, move as one. Off: they are separate
+        vertices, and the surface has a boundary there.
     """
 
 def apply_coord_spectral_enhancement(
@@ -150,44 +151,43 @@ def apply_coord_spectral_enhancement(
 ) -> Report:
     """Spectral Enhance, in place on the current mesh.
 
-    Amplifies the surface detail between two wavelengths, or that of marked features: the same three steps as
-    Spectral Smooth with a band amplified instead of removed.
+    Amplifies the surface detail between two wavelengths, on the whole mesh or on marked features: the same three
+    steps as Spectral Smooth, with a band amplified instead of removed.
 
     Parameters
     ----------
     longest : float, PercentageValue or PureValue, default 0.0
-        Longest surface wave enhanced, as a length or a percentage of the bounding-box diagonal. 0: waves of 30
-        mean edge lengths.
+        Longest wavelength enhanced, as a length or a percentage of the bounding-box diagonal. 0: 30 mean edge
+        lengths.
     shortest : float, PercentageValue or PureValue, default 0.0
-        Shortest surface wave enhanced, as a length or a percentage of the bounding-box diagonal. 0: waves of 6
-        mean edge lengths.
+        Shortest wavelength enhanced, as a length or a percentage of the bounding-box diagonal. 0: 6 mean edge
+        lengths.
     gain : float in [0, 100], default 2.0
-        What the band's differential coordinates are multiplied with: 1 changes nothing, 2 doubles them, 0
-        removes them.
+        Factor for the differential coordinates of the band: 1 changes nothing, 2 doubles them, 0 removes them.
     response : ideal | butterworth | gaussian | heat, default butterworth
-        Shape of the two ends of the band; all but ideal fall smoothly and have a half at the end.
+        Response at both ends of the band; all except ideal fall smoothly and are 0.5 there.
     barycenter_weight : float in [0.001, 1000], default 0.1
-        How firmly the face barycenters are held. They hold back waves whose eigenvalue is below the weight, so
-        it is smaller here than for smoothing.
+        Weight of the barycenter constraints. They suppress the enhancement of modes whose eigenvalue is below
+        the weight, so it is smaller here than for smoothing.
     laplacian : uniform | cotangent, default uniform
-        Weights of the mesh Laplacian: uniform (the paper), or cotangents of the opposite angles, which drift
-        less along the surface of uneven triangles.
+        Weights of the mesh Laplacian: uniform (the paper), or cotangents of the opposite angles, for less
+        tangential drift if the triangles are uneven.
     method : auto | exact | chebyshev, default auto
-        How the transfer function is applied: exact computes eigenvectors, chebyshev needs none and takes meshes
-        of any size. auto is exact up to 1000 vertices.
+        Method to apply the transfer function: exact computes eigenvectors; chebyshev needs none and is suitable
+        for meshes of any size. auto is exact up to 1000 vertices.
     boundary : free | fixed | curve, default fixed
-        What happens at the boundary of an open surface: free treats it like the rest, which draws it inward
-        (the paper), fixed leaves it, curve treats it as a curve by itself, for scans with noise at their rim;
-        holes that are shorter round than the wavelength stay.
+        Boundary of an open surface: free treats it like the interior, which draws it inward (the paper); fixed
+        leaves it unchanged; curve treats it as a curve, for scans with a noisy boundary, and leaves holes
+        unchanged whose boundary is shorter than the wavelength.
     selected : bool, default whether something is selected
         Moves only selected vertices and those of selected faces; the effect fades out toward the others.
-        Default: on when something is selected, unless the selection marks features.
+        Default: on if anything is selected, unless the selection marks features.
     features : none | vertex_selection | face_selection | vertex_quality, default none
-        Which vertices carry detail to be kept or enhanced: the selected ones, those of selected faces, or each
-        to the degree of its quality, a weight from 0 to 1.
+        Vertices with detail to be kept or enhanced: the selected ones, those of selected faces, or all,
+        weighted by their quality from 0 to 1.
     weld : bool, default True
-        Vertices that lie at one place, as along texture seams and in triangle soups, move as one. Off: each
-        copy is a vertex of its own, and the surface ends at its edges.
+        Coincident vertices, as along texture seams and in triangle soups, move as one. Off: they are separate
+        vertices, and the surface has a boundary there.
     """
 
 def apply_coord_spectral_low_pass(
@@ -206,35 +206,35 @@ def apply_coord_spectral_low_pass(
     """Spectral Low-Pass, in place on the current mesh.
 
     Low-passes the coordinates themselves in the spectrum of the mesh Laplacian: plain spectral smoothing, which
-    loses all detail below the wavelength and shrinks. The limit of Spectral Smooth for a barycenter weight of 0,
-    and what the paper compares with.
+    removes all detail below the wavelength and shrinks the surface. It is the limit of Spectral Smooth for a
+    barycenter weight of 0, and the reference method in the paper.
 
     Parameters
     ----------
     modes : int from 0, default 0
-        Number of spectral modes kept, the lowest frequencies first (f_a in the paper). Give this or a
-        wavelength; 0 leaves the cut-off to the wavelength.
+        Number of spectral modes kept, lowest frequencies first (f_a in the paper). Give this or a wavelength;
+        0: the wavelength determines the cut-off.
     wavelength : float, PercentageValue or PureValue, default 0.0
-        Shortest surface wave kept, as a length or a percentage of the bounding-box diagonal. 0 with 0 modes:
-        waves of 20 mean edge lengths.
+        Shortest wavelength kept, as a length or a percentage of the bounding-box diagonal. 0, and modes 0: 20
+        mean edge lengths.
     response : ideal | butterworth | gaussian | heat, default ideal
-        Shape of the low-pass. ideal is the paper's: all below the cut-off, nothing above. The others fall
-        smoothly and keep a half at the cut-off.
+        Response of the low-pass. ideal (the paper) is 1 below the cut-off and 0 above; the others fall smoothly
+        and are 0.5 at the cut-off.
     laplacian : uniform | cotangent, default uniform
-        Weights of the mesh Laplacian: uniform (the paper), or cotangents of the opposite angles, which drift
-        less along the surface of uneven triangles.
+        Weights of the mesh Laplacian: uniform (the paper), or cotangents of the opposite angles, for less
+        tangential drift if the triangles are uneven.
     method : auto | exact | chebyshev, default auto
-        How the transfer function is applied: exact computes eigenvectors, chebyshev needs none and takes meshes
-        of any size. auto is exact up to 1000 vertices.
+        Method to apply the transfer function: exact computes eigenvectors; chebyshev needs none and is suitable
+        for meshes of any size. auto is exact up to 1000 vertices.
     mode_count : estimate | exact, default estimate
-        How a number of modes becomes a cut-off: estimated from the density of modes, to about 2 % from 200
-        modes on, or counted exactly, by a few sparse factorizations. Up to 1000 vertices it is always exact.
+        Method to convert a number of modes to a cut-off: estimate uses the density of modes, with an error of
+        about 2 % from 200 modes on; exact uses a few sparse factorizations. Always exact up to 1000 vertices.
     selected : bool, default whether something is selected
         Moves only selected vertices and those of selected faces; the effect fades out toward the others.
-        Default: on when something is selected.
+        Default: on if anything is selected.
     weld : bool, default True
-        Vertices that lie at one place, as along texture seams and in triangle soups, move as one. Off: each
-        copy is a vertex of its own, and the surface ends at its edges.
+        Coincident vertices, as along texture seams and in triangle soups, move as one. Off: they are separate
+        vertices, and the surface has a boundary there.
     """
 
 def apply_coord_spectral_smoothing(
@@ -258,57 +258,57 @@ def apply_coord_spectral_smoothing(
 ) -> Report:
     """Spectral Smooth, in place on the current mesh.
 
-    Smooths the surface without shrinking it: takes the differential coordinates of the vertices, low-passes them in
-    the spectrum of the mesh Laplacian, and rebuilds the surface by least squares while its face barycenters are
-    held in place. After "Spectral mesh smoothing for virtual simulation".
+    Smooths the surface without shrinking it: low-passes the differential coordinates of the vertices in the
+    spectrum of the mesh Laplacian, and reconstructs the surface by least squares with constraints on its face
+    barycenters. After "Spectral mesh smoothing for virtual simulation".
 
     Parameters
     ----------
     modes : int from 0, default 0
-        Number of spectral modes kept, the lowest frequencies first (f_a in the paper). Give this or a
-        wavelength; 0 leaves the cut-off to the wavelength.
+        Number of spectral modes kept, lowest frequencies first (f_a in the paper). Give this or a wavelength;
+        0: the wavelength determines the cut-off.
     wavelength : float, PercentageValue or PureValue, default 0.0
-        Shortest surface wave kept, as a length or a percentage of the bounding-box diagonal. 0 with 0 modes:
-        waves of 20 mean edge lengths.
+        Shortest wavelength kept, as a length or a percentage of the bounding-box diagonal. 0, and modes 0: 20
+        mean edge lengths.
     response : auto | ideal | butterworth | gaussian | heat, default auto
-        Shape of the low-pass. auto is ideal; where neither cut-off nor weight is given, heat or ideal, by
-        estimated error. ideal is the paper's: all below the cut-off, nothing above. The others fall smoothly
-        and keep a half at the cut-off.
+        Response of the low-pass. ideal (the paper) is 1 below the cut-off and 0 above; the others fall smoothly
+        and are 0.5 at the cut-off. auto is ideal; if neither cut-off nor weight is given, it is heat or ideal,
+        whichever has the smaller estimated error.
     barycenter_weight : float in [0, 1000], default 0.0
-        How firmly the face barycenters are held, which is the strength of the filter: 1 is the paper and
-        smooths gently, 0.3 suits noise of 0.2 edge lengths, less smooths more. 0 measures the noise and takes
-        the weight of least estimated error.
+        Weight of the barycenter constraints, which determines the strength of the filter: 1 (the paper) smooths
+        gently, 0.3 suits noise of 0.2 edge lengths, smaller values smooth more. 0: the weight of least
+        estimated error, for the measured noise.
     criterion : position | normals, default position
-        Whose error is made small where the barycenter weight is chosen: that of the positions, or that of the
-        normals, which asks for more smoothing.
+        Error to be minimized if the barycenter weight is chosen: that of the positions, or that of the normals,
+        which leads to stronger smoothing.
     iterations : int in [1, 1000], default 1
-        How often the filter is applied, each time to the last result.
+        Number of times that the filter is applied, each time to the previous result.
     laplacian : uniform | cotangent, default uniform
-        Weights of the mesh Laplacian: uniform (the paper), or cotangents of the opposite angles, which drift
-        less along the surface of uneven triangles.
+        Weights of the mesh Laplacian: uniform (the paper), or cotangents of the opposite angles, for less
+        tangential drift if the triangles are uneven.
     method : auto | exact | chebyshev, default auto
-        How the transfer function is applied: exact computes eigenvectors, chebyshev needs none and takes meshes
-        of any size. auto is exact up to 1000 vertices.
+        Method to apply the transfer function: exact computes eigenvectors; chebyshev needs none and is suitable
+        for meshes of any size. auto is exact up to 1000 vertices.
     mode_count : estimate | exact, default estimate
-        How a number of modes becomes a cut-off: estimated from the density of modes, to about 2 % from 200
-        modes on, or counted exactly, by a few sparse factorizations. Up to 1000 vertices it is always exact.
+        Method to convert a number of modes to a cut-off: estimate uses the density of modes, with an error of
+        about 2 % from 200 modes on; exact uses a few sparse factorizations. Always exact up to 1000 vertices.
     boundary : free | fixed | curve | auto, default auto
-        What happens at the boundary of an open surface: free treats it like the rest, which draws it inward
-        (the paper), fixed leaves it, curve treats it as a curve by itself, for scans with noise at their rim;
-        holes that are shorter round than the wavelength stay. auto is fixed, unless the weight is chosen and
-        the noise is shared between neighbors: then the boundary moves across the surface, but not along it.
+        Boundary of an open surface: free treats it like the interior, which draws it inward (the paper); fixed
+        leaves it unchanged; curve smooths it as a curve, for scans with a noisy boundary, and leaves holes
+        unchanged whose boundary is shorter than the wavelength. auto is fixed, unless the weight is chosen and
+        the noise is correlated between neighbors: then the boundary moves along the normals only.
     selected : bool, default whether something is selected
         Moves only selected vertices and those of selected faces; the effect fades out toward the others.
-        Default: on when something is selected, unless the selection marks features.
+        Default: on if anything is selected, unless the selection marks features.
     features : none | vertex_selection | face_selection | vertex_quality, default none
-        Which vertices carry detail to be kept or enhanced: the selected ones, those of selected faces, or each
-        to the degree of its quality, a weight from 0 to 1.
+        Vertices with detail to be kept or enhanced: the selected ones, those of selected faces, or all,
+        weighted by their quality from 0 to 1.
     feature_gain : float in [0, 100], default 1.0
-        What features keep of the detail that smoothing removes: 0 smooths them as the rest, 1 keeps it, above 1
-        enhances it.
+        Factor for the detail that smoothing would remove from features: 0 smooths them like the other vertices,
+        1 keeps the detail, values above 1 enhance it.
     weld : bool, default True
-        Vertices that lie at one place, as along texture seams and in triangle soups, move as one. Off: each
-        copy is a vertex of its own, and the surface ends at its edges.
+        Coincident vertices, as along texture seams and in triangle soups, move as one. Off: they are separate
+        vertices, and the surface has a boundary there.
     """
 
 def compute_scalar_by_spectral_displacement(
@@ -329,48 +329,48 @@ def compute_scalar_by_spectral_displacement(
 ) -> Report:
     """Spectral Displacement, in place on the current mesh.
 
-    Writes into the vertex quality how far Spectral Smooth would move each vertex along its normal, in mesh units,
-    outwards positive: the noise that the filter sees, to color and to look at. The mesh does not move. Vertices at
-    one place share the mean of theirs.
+    Sets the vertex quality to the displacement of each vertex along its normal by Spectral Smooth, in mesh units,
+    positive outward: an estimate of the noise, for example to color the mesh by. The mesh does not move. Coincident
+    vertices get the mean of their values.
 
     Parameters
     ----------
     modes : int from 0, default 0
-        Number of spectral modes kept, the lowest frequencies first (f_a in the paper). Give this or a
-        wavelength; 0 leaves the cut-off to the wavelength.
+        Number of spectral modes kept, lowest frequencies first (f_a in the paper). Give this or a wavelength;
+        0: the wavelength determines the cut-off.
     wavelength : float, PercentageValue or PureValue, default 0.0
-        Shortest surface wave kept, as a length or a percentage of the bounding-box diagonal. 0 with 0 modes:
-        waves of 20 mean edge lengths.
+        Shortest wavelength kept, as a length or a percentage of the bounding-box diagonal. 0, and modes 0: 20
+        mean edge lengths.
     response : auto | ideal | butterworth | gaussian | heat, default auto
-        Shape of the low-pass. auto is ideal; where neither cut-off nor weight is given, heat or ideal, by
-        estimated error. ideal is the paper's: all below the cut-off, nothing above. The others fall smoothly
-        and keep a half at the cut-off.
+        Response of the low-pass. ideal (the paper) is 1 below the cut-off and 0 above; the others fall smoothly
+        and are 0.5 at the cut-off. auto is ideal; if neither cut-off nor weight is given, it is heat or ideal,
+        whichever has the smaller estimated error.
     barycenter_weight : float in [0, 1000], default 0.0
-        How firmly the face barycenters are held, which is the strength of the filter: 1 is the paper and
-        smooths gently, 0.3 suits noise of 0.2 edge lengths, less smooths more. 0 measures the noise and takes
-        the weight of least estimated error.
+        Weight of the barycenter constraints, which determines the strength of the filter: 1 (the paper) smooths
+        gently, 0.3 suits noise of 0.2 edge lengths, smaller values smooth more. 0: the weight of least
+        estimated error, for the measured noise.
     criterion : position | normals, default position
-        Whose error is made small where the barycenter weight is chosen: that of the positions, or that of the
-        normals, which asks for more smoothing.
+        Error to be minimized if the barycenter weight is chosen: that of the positions, or that of the normals,
+        which leads to stronger smoothing.
     iterations : int in [1, 1000], default 1
-        How often the filter is applied, each time to the last result.
+        Number of times that the filter is applied, each time to the previous result.
     laplacian : uniform | cotangent, default uniform
-        Weights of the mesh Laplacian: uniform (the paper), or cotangents of the opposite angles, which drift
-        less along the surface of uneven triangles.
+        Weights of the mesh Laplacian: uniform (the paper), or cotangents of the opposite angles, for less
+        tangential drift if the triangles are uneven.
     method : auto | exact | chebyshev, default auto
-        How the transfer function is applied: exact computes eigenvectors, chebyshev needs none and takes meshes
-        of any size. auto is exact up to 1000 vertices.
+        Method to apply the transfer function: exact computes eigenvectors; chebyshev needs none and is suitable
+        for meshes of any size. auto is exact up to 1000 vertices.
     mode_count : estimate | exact, default estimate
-        How a number of modes becomes a cut-off: estimated from the density of modes, to about 2 % from 200
-        modes on, or counted exactly, by a few sparse factorizations. Up to 1000 vertices it is always exact.
+        Method to convert a number of modes to a cut-off: estimate uses the density of modes, with an error of
+        about 2 % from 200 modes on; exact uses a few sparse factorizations. Always exact up to 1000 vertices.
     boundary : free | fixed | curve | auto, default auto
-        What happens at the boundary of an open surface: free treats it like the rest, which draws it inward
-        (the paper), fixed leaves it, curve treats it as a curve by itself, for scans with noise at their rim;
-        holes that are shorter round than the wavelength stay. auto is fixed, unless the weight is chosen and
-        the noise is shared between neighbors: then the boundary moves across the surface, but not along it.
+        Boundary of an open surface: free treats it like the interior, which draws it inward (the paper); fixed
+        leaves it unchanged; curve smooths it as a curve, for scans with a noisy boundary, and leaves holes
+        unchanged whose boundary is shorter than the wavelength. auto is fixed, unless the weight is chosen and
+        the noise is correlated between neighbors: then the boundary moves along the normals only.
     weld : bool, default True
-        Vertices that lie at one place, as along texture seams and in triangle soups, move as one. Off: each
-        copy is a vertex of its own, and the surface ends at its edges.
+        Coincident vertices, as along texture seams and in triangle soups, move as one. Off: they are separate
+        vertices, and the surface has a boundary there.
     """
 
 def get_spectrum(
@@ -382,18 +382,17 @@ def get_spectrum(
 ) -> Report:
     """Spectrum, in place on the current mesh.
 
-    Measures the spectrum of the current mesh: eigenvalue, wavelength and number of modes of each band, the power of
-    the coordinates and of the differential coordinates in it, the noise as the filters measure it, and the noise
-    floor, which counts fine detail as noise.
+    Measures the spectrum of the current mesh: for each band its eigenvalue, wavelength, number of modes, and power
+    of the coordinates and of the differential coordinates; the noise as measured by the filters; and the noise
+    floor, which includes fine detail.
 
     Parameters
     ----------
     bands : int in [2, 4096], default 64
-        Number of bands that the spectrum is divided into, equally wide in frequency; up to 1000 vertices each
-        eigenvalue is a band by itself.
+        Number of bands of equal width in frequency; up to 1000 vertices each eigenvalue is a separate band.
     laplacian : uniform | cotangent, default uniform
-        Weights of the mesh Laplacian: uniform (the paper), or cotangents of the opposite angles, which drift
-        less along the surface of uneven triangles.
+        Weights of the mesh Laplacian: uniform (the paper), or cotangents of the opposite angles, for less
+        tangential drift if the triangles are uneven.
     """
 
 class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
@@ -420,52 +419,53 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
         """Edge-Aware Smooth, in place on the current mesh.
 
         Smooths the surface and keeps its edges: low-passes the face normals on the graph of faces, with weights that
-        fall across creases, and lets the vertices follow. What is not given is chosen by the estimated error, so that
-        it needs no parameter.
+        decrease across edges, and fits the vertices to them. Parameters that are not given are chosen by the estimated
+        error.
 
         Parameters
         ----------
         criterion : position | normals, default position
-            Whether the error of positions is to be least, or rather that of the normals: then the noise is taken
-            for higher.
+            Error to be minimized: that of the positions, or that of the normals, for which a higher noise level is
+            assumed.
         strength : float in [0, 1000], default 0.0
-            Strength of the low-pass of the normals: 0.1 is gentle, 2 to 6 suits hard edges under much noise. 0:
+            Strength of the low-pass of the normals: 0.1 is weak; 2 to 6 suits sharp edges and strong noise. 0:
             chosen by estimated error.
         range_sigma : float in [0, 2], default 0.0
-            Difference of unit normals that counts as an edge: 0.2 for hard edges, 0.6 for organic shapes. 0: chosen
-            by estimated error.
+            Difference of unit normals that is considered an edge: 0.2 for sharp edges, 0.6 for organic shapes. 0:
+            chosen by estimated error.
         iterations : int in [0, 100], default 0
-            How often normals are filtered and vertices follow. 0: chosen by estimated error.
+            Number of times that the normals are filtered and the vertices fitted to them. 0: chosen by estimated
+            error.
         start : auto | given | smoothed, default auto
-            What the first pass filters: the surface as given, for hard edges, or the isotropically smoothed one,
-            for organic shapes. auto: chosen by estimated error; as given where strength, range sigma and iterations are
-            given.
+            Surface that the first iteration filters: the given one, for sharp edges, or the isotropically smoothed
+            one, for organic shapes. auto: chosen by estimated error; the given one if strength, range sigma and
+            iterations are given.
         barycenter_weight : float in [0, 1000], default 0.0
-            How firmly the isotropic filter, which the first pass is guided by or starts from, holds the face
-            barycenters. 0: chosen by the noise.
+            Barycenter weight of the isotropic filter, whose result guides the first iteration or is its start. 0:
+            chosen by the noise.
         boundary : free | fixed | curve | auto, default auto
-            What happens at the boundary of an open surface: free treats it like the rest, which may draw it
-            inward, fixed leaves it to the bit, so that tiles with a common edge still fit, curve smooths it along
-            itself. auto: it follows the normals of its faces, and is not drawn inward.
+            Boundary of an open surface: free treats it like the interior, which may draw it inward; fixed leaves it
+            exactly unchanged, so that adjacent tiles still fit; curve smooths it as a curve. auto fits it to the
+            normals of its faces without drawing it inward.
         selected : bool, default whether something is selected
             Moves only selected vertices and those of selected faces; the effect fades out toward the others.
-            Default: on when something is selected, unless the selection marks features.
+            Default: on if anything is selected, unless the selection marks features.
         features : none | vertex_selection | face_selection | vertex_quality, default none
-            Which vertices carry detail to be kept or enhanced: the selected ones, those of selected faces, or each
-            to the degree of its quality, a weight from 0 to 1.
+            Vertices with detail to be kept or enhanced: the selected ones, those of selected faces, or all,
+            weighted by their quality from 0 to 1.
         feature_gain : float in [0, 100], default 1.0
-            What features keep of the displacement that smoothing asks for: 0 smooths them as the rest, 1 keeps them
-            where they are, above 1 enhances their detail.
+            Fraction of the displacement that is withheld from features: 0 smooths them like the other vertices, 1
+            leaves them unchanged, values above 1 enhance their detail.
         creases : none | edge_selection, default none
-            Edges that nothing crosses: those that are selected, as by compute_selection_crease_per_edge. Faces on
-            their opposite sides exchange no normals.
+            Edges across which nothing is smoothed: the selected ones, e.g. by compute_selection_crease_per_edge.
+            Faces on opposite sides do not affect each other's normals.
         crease_angle : float in [0, 180], default 0.0
-            In place of a selection of edges: all edges whose faces' normals differ by more than this angle in
-            degrees are creases; under noise it is the normals after a first edge-aware low-pass that are compared.
-            0: none, below 180.
+            Instead of a selection: edges whose adjacent face normals differ by more than this angle, in degrees
+            below 180, are creases; on noisy meshes the normals after a first edge-aware low-pass are compared. 0:
+            none.
         weld : bool, default True
-            Vertices that lie at one place, as along texture seams and in triangle soups, move as one. Off: each
-            copy is a vertex of its own, and the surface ends at its edges.
+            Coincident vertices, as along texture seams and in triangle soups, move as one. Off: they are separate
+            vertices, and the surface has a boundary there.
         """
 
     def apply_coord_spectral_denoising(
@@ -483,37 +483,37 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
     ) -> Report:
         """Spectral Denoise, in place on the current mesh.
 
-        Removes noise and keeps shape, without a parameter: measures the noise, tries the isotropic filter and settings
-        of the edge-aware one, and takes what has the least estimated error.
+        Removes noise and keeps the shape, without any parameter: measures the noise, tries the isotropic filter and
+        several settings of the edge-aware one, and returns the result of least estimated error.
 
         Parameters
         ----------
         criterion : position | normals, default position
-            Whether the error of positions is to be least, or rather that of the normals: then the noise is taken
-            for higher.
+            Error to be minimized: that of the positions, or that of the normals, for which a higher noise level is
+            assumed.
         boundary : free | fixed | curve | auto, default auto
-            What happens at the boundary of an open surface: free treats it like the rest, which may draw it
-            inward, fixed leaves it to the bit, so that tiles with a common edge still fit, curve smooths it along
-            itself. auto: it follows the normals of its faces, and is not drawn inward.
+            Boundary of an open surface: free treats it like the interior, which may draw it inward; fixed leaves it
+            exactly unchanged, so that adjacent tiles still fit; curve smooths it as a curve. auto fits it to the
+            normals of its faces without drawing it inward.
         selected : bool, default whether something is selected
             Moves only selected vertices and those of selected faces; the effect fades out toward the others.
-            Default: on when something is selected, unless the selection marks features.
+            Default: on if anything is selected, unless the selection marks features.
         features : none | vertex_selection | face_selection | vertex_quality, default none
-            Which vertices carry detail to be kept or enhanced: the selected ones, those of selected faces, or each
-            to the degree of its quality, a weight from 0 to 1.
+            Vertices with detail to be kept or enhanced: the selected ones, those of selected faces, or all,
+            weighted by their quality from 0 to 1.
         feature_gain : float in [0, 100], default 1.0
-            What features keep of the displacement that smoothing asks for: 0 smooths them as the rest, 1 keeps them
-            where they are, above 1 enhances their detail.
+            Fraction of the displacement that is withheld from features: 0 smooths them like the other vertices, 1
+            leaves them unchanged, values above 1 enhance their detail.
         creases : none | edge_selection, default none
-            Edges that nothing crosses: those that are selected, as by compute_selection_crease_per_edge. Faces on
-            their opposite sides exchange no normals.
+            Edges across which nothing is smoothed: the selected ones, e.g. by compute_selection_crease_per_edge.
+            Faces on opposite sides do not affect each other's normals.
         crease_angle : float in [0, 180], default 0.0
-            In place of a selection of edges: all edges whose faces' normals differ by more than this angle in
-            degrees are creases; under noise it is the normals after a first edge-aware low-pass that are compared.
-            0: none, below 180.
+            Instead of a selection: edges whose adjacent face normals differ by more than this angle, in degrees
+            below 180, are creases; on noisy meshes the normals after a first edge-aware low-pass are compared. 0:
+            none.
         weld : bool, default True
-            Vertices that lie at one place, as along texture seams and in triangle soups, move as one. Off: each
-            copy is a vertex of its own, and the surface ends at its edges.
+            Coincident vertices, as along texture seams and in triangle soups, move as one. Off: they are separate
+            vertices, and the surface has a boundary there.
         """
 
     def apply_coord_spectral_enhancement(
@@ -534,44 +534,43 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
     ) -> Report:
         """Spectral Enhance, in place on the current mesh.
 
-        Amplifies the surface detail between two wavelengths, or that of marked features: the same three steps as
-        Spectral Smooth with a band amplified instead of removed.
+        Amplifies the surface detail between two wavelengths, on the whole mesh or on marked features: the same three
+        steps as Spectral Smooth, with a band amplified instead of removed.
 
         Parameters
         ----------
         longest : float, PercentageValue or PureValue, default 0.0
-            Longest surface wave enhanced, as a length or a percentage of the bounding-box diagonal. 0: waves of 30
-            mean edge lengths.
+            Longest wavelength enhanced, as a length or a percentage of the bounding-box diagonal. 0: 30 mean edge
+            lengths.
         shortest : float, PercentageValue or PureValue, default 0.0
-            Shortest surface wave enhanced, as a length or a percentage of the bounding-box diagonal. 0: waves of 6
-            mean edge lengths.
+            Shortest wavelength enhanced, as a length or a percentage of the bounding-box diagonal. 0: 6 mean edge
+            lengths.
         gain : float in [0, 100], default 2.0
-            What the band's differential coordinates are multiplied with: 1 changes nothing, 2 doubles them, 0
-            removes them.
+            Factor for the differential coordinates of the band: 1 changes nothing, 2 doubles them, 0 removes them.
         response : ideal | butterworth | gaussian | heat, default butterworth
-            Shape of the two ends of the band; all but ideal fall smoothly and have a half at the end.
+            Response at both ends of the band; all except ideal fall smoothly and are 0.5 there.
         barycenter_weight : float in [0.001, 1000], default 0.1
-            How firmly the face barycenters are held. They hold back waves whose eigenvalue is below the weight, so
-            it is smaller here than for smoothing.
+            Weight of the barycenter constraints. They suppress the enhancement of modes whose eigenvalue is below
+            the weight, so it is smaller here than for smoothing.
         laplacian : uniform | cotangent, default uniform
-            Weights of the mesh Laplacian: uniform (the paper), or cotangents of the opposite angles, which drift
-            less along the surface of uneven triangles.
+            Weights of the mesh Laplacian: uniform (the paper), or cotangents of the opposite angles, for less
+            tangential drift if the triangles are uneven.
         method : auto | exact | chebyshev, default auto
-            How the transfer function is applied: exact computes eigenvectors, chebyshev needs none and takes meshes
-            of any size. auto is exact up to 1000 vertices.
+            Method to apply the transfer function: exact computes eigenvectors; chebyshev needs none and is suitable
+            for meshes of any size. auto is exact up to 1000 vertices.
         boundary : free | fixed | curve, default fixed
-            What happens at the boundary of an open surface: free treats it like the rest, which draws it inward
-            (the paper), fixed leaves it, curve treats it as a curve by itself, for scans with noise at their rim;
-            holes that are shorter round than the wavelength stay.
+            Boundary of an open surface: free treats it like the interior, which draws it inward (the paper); fixed
+            leaves it unchanged; curve treats it as a curve, for scans with a noisy boundary, and leaves holes
+            unchanged whose boundary is shorter than the wavelength.
         selected : bool, default whether something is selected
             Moves only selected vertices and those of selected faces; the effect fades out toward the others.
-            Default: on when something is selected, unless the selection marks features.
+            Default: on if anything is selected, unless the selection marks features.
         features : none | vertex_selection | face_selection | vertex_quality, default none
-            Which vertices carry detail to be kept or enhanced: the selected ones, those of selected faces, or each
-            to the degree of its quality, a weight from 0 to 1.
+            Vertices with detail to be kept or enhanced: the selected ones, those of selected faces, or all,
+            weighted by their quality from 0 to 1.
         weld : bool, default True
-            Vertices that lie at one place, as along texture seams and in triangle soups, move as one. Off: each
-            copy is a vertex of its own, and the surface ends at its edges.
+            Coincident vertices, as along texture seams and in triangle soups, move as one. Off: they are separate
+            vertices, and the surface has a boundary there.
         """
 
     def apply_coord_spectral_low_pass(
@@ -590,35 +589,35 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
         """Spectral Low-Pass, in place on the current mesh.
 
         Low-passes the coordinates themselves in the spectrum of the mesh Laplacian: plain spectral smoothing, which
-        loses all detail below the wavelength and shrinks. The limit of Spectral Smooth for a barycenter weight of 0,
-        and what the paper compares with.
+        removes all detail below the wavelength and shrinks the surface. It is the limit of Spectral Smooth for a
+        barycenter weight of 0, and the reference method in the paper.
 
         Parameters
         ----------
         modes : int from 0, default 0
-            Number of spectral modes kept, the lowest frequencies first (f_a in the paper). Give this or a
-            wavelength; 0 leaves the cut-off to the wavelength.
+            Number of spectral modes kept, lowest frequencies first (f_a in the paper). Give this or a wavelength;
+            0: the wavelength determines the cut-off.
         wavelength : float, PercentageValue or PureValue, default 0.0
-            Shortest surface wave kept, as a length or a percentage of the bounding-box diagonal. 0 with 0 modes:
-            waves of 20 mean edge lengths.
+            Shortest wavelength kept, as a length or a percentage of the bounding-box diagonal. 0, and modes 0: 20
+            mean edge lengths.
         response : ideal | butterworth | gaussian | heat, default ideal
-            Shape of the low-pass. ideal is the paper's: all below the cut-off, nothing above. The others fall
-            smoothly and keep a half at the cut-off.
+            Response of the low-pass. ideal (the paper) is 1 below the cut-off and 0 above; the others fall smoothly
+            and are 0.5 at the cut-off.
         laplacian : uniform | cotangent, default uniform
-            Weights of the mesh Laplacian: uniform (the paper), or cotangents of the opposite angles, which drift
-            less along the surface of uneven triangles.
+            Weights of the mesh Laplacian: uniform (the paper), or cotangents of the opposite angles, for less
+            tangential drift if the triangles are uneven.
         method : auto | exact | chebyshev, default auto
-            How the transfer function is applied: exact computes eigenvectors, chebyshev needs none and takes meshes
-            of any size. auto is exact up to 1000 vertices.
+            Method to apply the transfer function: exact computes eigenvectors; chebyshev needs none and is suitable
+            for meshes of any size. auto is exact up to 1000 vertices.
         mode_count : estimate | exact, default estimate
-            How a number of modes becomes a cut-off: estimated from the density of modes, to about 2 % from 200
-            modes on, or counted exactly, by a few sparse factorizations. Up to 1000 vertices it is always exact.
+            Method to convert a number of modes to a cut-off: estimate uses the density of modes, with an error of
+            about 2 % from 200 modes on; exact uses a few sparse factorizations. Always exact up to 1000 vertices.
         selected : bool, default whether something is selected
             Moves only selected vertices and those of selected faces; the effect fades out toward the others.
-            Default: on when something is selected.
+            Default: on if anything is selected.
         weld : bool, default True
-            Vertices that lie at one place, as along texture seams and in triangle soups, move as one. Off: each
-            copy is a vertex of its own, and the surface ends at its edges.
+            Coincident vertices, as along texture seams and in triangle soups, move as one. Off: they are separate
+            vertices, and the surface has a boundary there.
         """
 
     def apply_coord_spectral_smoothing(
@@ -642,57 +641,57 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
     ) -> Report:
         """Spectral Smooth, in place on the current mesh.
 
-        Smooths the surface without shrinking it: takes the differential coordinates of the vertices, low-passes them in
-        the spectrum of the mesh Laplacian, and rebuilds the surface by least squares while its face barycenters are
-        held in place. After "Spectral mesh smoothing for virtual simulation".
+        Smooths the surface without shrinking it: low-passes the differential coordinates of the vertices in the
+        spectrum of the mesh Laplacian, and reconstructs the surface by least squares with constraints on its face
+        barycenters. After "Spectral mesh smoothing for virtual simulation".
 
         Parameters
         ----------
         modes : int from 0, default 0
-            Number of spectral modes kept, the lowest frequencies first (f_a in the paper). Give this or a
-            wavelength; 0 leaves the cut-off to the wavelength.
+            Number of spectral modes kept, lowest frequencies first (f_a in the paper). Give this or a wavelength;
+            0: the wavelength determines the cut-off.
         wavelength : float, PercentageValue or PureValue, default 0.0
-            Shortest surface wave kept, as a length or a percentage of the bounding-box diagonal. 0 with 0 modes:
-            waves of 20 mean edge lengths.
+            Shortest wavelength kept, as a length or a percentage of the bounding-box diagonal. 0, and modes 0: 20
+            mean edge lengths.
         response : auto | ideal | butterworth | gaussian | heat, default auto
-            Shape of the low-pass. auto is ideal; where neither cut-off nor weight is given, heat or ideal, by
-            estimated error. ideal is the paper's: all below the cut-off, nothing above. The others fall smoothly
-            and keep a half at the cut-off.
+            Response of the low-pass. ideal (the paper) is 1 below the cut-off and 0 above; the others fall smoothly
+            and are 0.5 at the cut-off. auto is ideal; if neither cut-off nor weight is given, it is heat or ideal,
+            whichever has the smaller estimated error.
         barycenter_weight : float in [0, 1000], default 0.0
-            How firmly the face barycenters are held, which is the strength of the filter: 1 is the paper and
-            smooths gently, 0.3 suits noise of 0.2 edge lengths, less smooths more. 0 measures the noise and takes
-            the weight of least estimated error.
+            Weight of the barycenter constraints, which determines the strength of the filter: 1 (the paper) smooths
+            gently, 0.3 suits noise of 0.2 edge lengths, smaller values smooth more. 0: the weight of least
+            estimated error, for the measured noise.
         criterion : position | normals, default position
-            Whose error is made small where the barycenter weight is chosen: that of the positions, or that of the
-            normals, which asks for more smoothing.
+            Error to be minimized if the barycenter weight is chosen: that of the positions, or that of the normals,
+            which leads to stronger smoothing.
         iterations : int in [1, 1000], default 1
-            How often the filter is applied, each time to the last result.
+            Number of times that the filter is applied, each time to the previous result.
         laplacian : uniform | cotangent, default uniform
-            Weights of the mesh Laplacian: uniform (the paper), or cotangents of the opposite angles, which drift
-            less along the surface of uneven triangles.
+            Weights of the mesh Laplacian: uniform (the paper), or cotangents of the opposite angles, for less
+            tangential drift if the triangles are uneven.
         method : auto | exact | chebyshev, default auto
-            How the transfer function is applied: exact computes eigenvectors, chebyshev needs none and takes meshes
-            of any size. auto is exact up to 1000 vertices.
+            Method to apply the transfer function: exact computes eigenvectors; chebyshev needs none and is suitable
+            for meshes of any size. auto is exact up to 1000 vertices.
         mode_count : estimate | exact, default estimate
-            How a number of modes becomes a cut-off: estimated from the density of modes, to about 2 % from 200
-            modes on, or counted exactly, by a few sparse factorizations. Up to 1000 vertices it is always exact.
+            Method to convert a number of modes to a cut-off: estimate uses the density of modes, with an error of
+            about 2 % from 200 modes on; exact uses a few sparse factorizations. Always exact up to 1000 vertices.
         boundary : free | fixed | curve | auto, default auto
-            What happens at the boundary of an open surface: free treats it like the rest, which draws it inward
-            (the paper), fixed leaves it, curve treats it as a curve by itself, for scans with noise at their rim;
-            holes that are shorter round than the wavelength stay. auto is fixed, unless the weight is chosen and
-            the noise is shared between neighbors: then the boundary moves across the surface, but not along it.
+            Boundary of an open surface: free treats it like the interior, which draws it inward (the paper); fixed
+            leaves it unchanged; curve smooths it as a curve, for scans with a noisy boundary, and leaves holes
+            unchanged whose boundary is shorter than the wavelength. auto is fixed, unless the weight is chosen and
+            the noise is correlated between neighbors: then the boundary moves along the normals only.
         selected : bool, default whether something is selected
             Moves only selected vertices and those of selected faces; the effect fades out toward the others.
-            Default: on when something is selected, unless the selection marks features.
+            Default: on if anything is selected, unless the selection marks features.
         features : none | vertex_selection | face_selection | vertex_quality, default none
-            Which vertices carry detail to be kept or enhanced: the selected ones, those of selected faces, or each
-            to the degree of its quality, a weight from 0 to 1.
+            Vertices with detail to be kept or enhanced: the selected ones, those of selected faces, or all,
+            weighted by their quality from 0 to 1.
         feature_gain : float in [0, 100], default 1.0
-            What features keep of the detail that smoothing removes: 0 smooths them as the rest, 1 keeps it, above 1
-            enhances it.
+            Factor for the detail that smoothing would remove from features: 0 smooths them like the other vertices,
+            1 keeps the detail, values above 1 enhance it.
         weld : bool, default True
-            Vertices that lie at one place, as along texture seams and in triangle soups, move as one. Off: each
-            copy is a vertex of its own, and the surface ends at its edges.
+            Coincident vertices, as along texture seams and in triangle soups, move as one. Off: they are separate
+            vertices, and the surface has a boundary there.
         """
 
     def compute_scalar_by_spectral_displacement(
@@ -713,48 +712,48 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
     ) -> Report:
         """Spectral Displacement, in place on the current mesh.
 
-        Writes into the vertex quality how far Spectral Smooth would move each vertex along its normal, in mesh units,
-        outwards positive: the noise that the filter sees, to color and to look at. The mesh does not move. Vertices at
-        one place share the mean of theirs.
+        Sets the vertex quality to the displacement of each vertex along its normal by Spectral Smooth, in mesh units,
+        positive outward: an estimate of the noise, for example to color the mesh by. The mesh does not move. Coincident
+        vertices get the mean of their values.
 
         Parameters
         ----------
         modes : int from 0, default 0
-            Number of spectral modes kept, the lowest frequencies first (f_a in the paper). Give this or a
-            wavelength; 0 leaves the cut-off to the wavelength.
+            Number of spectral modes kept, lowest frequencies first (f_a in the paper). Give this or a wavelength;
+            0: the wavelength determines the cut-off.
         wavelength : float, PercentageValue or PureValue, default 0.0
-            Shortest surface wave kept, as a length or a percentage of the bounding-box diagonal. 0 with 0 modes:
-            waves of 20 mean edge lengths.
+            Shortest wavelength kept, as a length or a percentage of the bounding-box diagonal. 0, and modes 0: 20
+            mean edge lengths.
         response : auto | ideal | butterworth | gaussian | heat, default auto
-            Shape of the low-pass. auto is ideal; where neither cut-off nor weight is given, heat or ideal, by
-            estimated error. ideal is the paper's: all below the cut-off, nothing above. The others fall smoothly
-            and keep a half at the cut-off.
+            Response of the low-pass. ideal (the paper) is 1 below the cut-off and 0 above; the others fall smoothly
+            and are 0.5 at the cut-off. auto is ideal; if neither cut-off nor weight is given, it is heat or ideal,
+            whichever has the smaller estimated error.
         barycenter_weight : float in [0, 1000], default 0.0
-            How firmly the face barycenters are held, which is the strength of the filter: 1 is the paper and
-            smooths gently, 0.3 suits noise of 0.2 edge lengths, less smooths more. 0 measures the noise and takes
-            the weight of least estimated error.
+            Weight of the barycenter constraints, which determines the strength of the filter: 1 (the paper) smooths
+            gently, 0.3 suits noise of 0.2 edge lengths, smaller values smooth more. 0: the weight of least
+            estimated error, for the measured noise.
         criterion : position | normals, default position
-            Whose error is made small where the barycenter weight is chosen: that of the positions, or that of the
-            normals, which asks for more smoothing.
+            Error to be minimized if the barycenter weight is chosen: that of the positions, or that of the normals,
+            which leads to stronger smoothing.
         iterations : int in [1, 1000], default 1
-            How often the filter is applied, each time to the last result.
+            Number of times that the filter is applied, each time to the previous result.
         laplacian : uniform | cotangent, default uniform
-            Weights of the mesh Laplacian: uniform (the paper), or cotangents of the opposite angles, which drift
-            less along the surface of uneven triangles.
+            Weights of the mesh Laplacian: uniform (the paper), or cotangents of the opposite angles, for less
+            tangential drift if the triangles are uneven.
         method : auto | exact | chebyshev, default auto
-            How the transfer function is applied: exact computes eigenvectors, chebyshev needs none and takes meshes
-            of any size. auto is exact up to 1000 vertices.
+            Method to apply the transfer function: exact computes eigenvectors; chebyshev needs none and is suitable
+            for meshes of any size. auto is exact up to 1000 vertices.
         mode_count : estimate | exact, default estimate
-            How a number of modes becomes a cut-off: estimated from the density of modes, to about 2 % from 200
-            modes on, or counted exactly, by a few sparse factorizations. Up to 1000 vertices it is always exact.
+            Method to convert a number of modes to a cut-off: estimate uses the density of modes, with an error of
+            about 2 % from 200 modes on; exact uses a few sparse factorizations. Always exact up to 1000 vertices.
         boundary : free | fixed | curve | auto, default auto
-            What happens at the boundary of an open surface: free treats it like the rest, which draws it inward
-            (the paper), fixed leaves it, curve treats it as a curve by itself, for scans with noise at their rim;
-            holes that are shorter round than the wavelength stay. auto is fixed, unless the weight is chosen and
-            the noise is shared between neighbors: then the boundary moves across the surface, but not along it.
+            Boundary of an open surface: free treats it like the interior, which draws it inward (the paper); fixed
+            leaves it unchanged; curve smooths it as a curve, for scans with a noisy boundary, and leaves holes
+            unchanged whose boundary is shorter than the wavelength. auto is fixed, unless the weight is chosen and
+            the noise is correlated between neighbors: then the boundary moves along the normals only.
         weld : bool, default True
-            Vertices that lie at one place, as along texture seams and in triangle soups, move as one. Off: each
-            copy is a vertex of its own, and the surface ends at its edges.
+            Coincident vertices, as along texture seams and in triangle soups, move as one. Off: they are separate
+            vertices, and the surface has a boundary there.
         """
 
     def get_spectrum(
@@ -766,16 +765,15 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
     ) -> Report:
         """Spectrum, in place on the current mesh.
 
-        Measures the spectrum of the current mesh: eigenvalue, wavelength and number of modes of each band, the power of
-        the coordinates and of the differential coordinates in it, the noise as the filters measure it, and the noise
-        floor, which counts fine detail as noise.
+        Measures the spectrum of the current mesh: for each band its eigenvalue, wavelength, number of modes, and power
+        of the coordinates and of the differential coordinates; the noise as measured by the filters; and the noise
+        floor, which includes fine detail.
 
         Parameters
         ----------
         bands : int in [2, 4096], default 64
-            Number of bands that the spectrum is divided into, equally wide in frequency; up to 1000 vertices each
-            eigenvalue is a band by itself.
+            Number of bands of equal width in frequency; up to 1000 vertices each eigenvalue is a separate band.
         laplacian : uniform | cotangent, default uniform
-            Weights of the mesh Laplacian: uniform (the paper), or cotangents of the opposite angles, which drift
-            less along the surface of uneven triangles.
+            Weights of the mesh Laplacian: uniform (the paper), or cotangents of the opposite angles, for less
+            tangential drift if the triangles are uneven.
         """
