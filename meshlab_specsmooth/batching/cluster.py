@@ -7,8 +7,9 @@ import logging
 from collections.abc import Generator, Iterator, Sequence
 from typing import Any
 
-from meshlab_specsmooth.batching.local import Worker, bytes_allowed, check_time_limit
-from meshlab_specsmooth.batching.work import CRASHED, FAILED, Job, Outcome, failure
+from meshlab_specsmooth.batching.local import MeshWorker, bytes_allowed, check_time_limit
+from meshlab_specsmooth.batching.record import CRASHED, FAILED, Outcome
+from meshlab_specsmooth.batching.work import Job, failure
 from meshlab_specsmooth.errors import ClusterError, MissingExtra
 from meshlab_specsmooth.runtime import memory
 
@@ -71,14 +72,9 @@ def run_there(job: Job, size: int, time_limit: float) -> Outcome:
     """Do a job on a worker of the cluster, in a process that may die."""
     from distributed import get_worker
 
-    worker = Worker()
-    try:
-        return worker.do(
-            job, bytes_allowed(job.source, size, memory.available() // get_worker().state.nthreads), time_limit
-        )
-    finally:
-        worker.tell_to_end()
-        worker.end()
+    share = memory.available() // get_worker().state.nthreads
+    with MeshWorker() as worker:
+        return worker.do(job, bytes_allowed(job.source, size, share), time_limit)
 
 
 def _outcomes(scheduler: str, jobs: Sequence[tuple[Job, int]], time_limit: float) -> Generator[Outcome]:

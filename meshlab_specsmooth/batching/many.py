@@ -11,11 +11,13 @@ from typing import Any
 
 from meshlab_specsmooth.batching import cluster, local
 from meshlab_specsmooth.batching.inputs import sources
+from meshlab_specsmooth.batching.record import NOT_RUN, Outcome
 from meshlab_specsmooth.batching.summary import BatchSummary
-from meshlab_specsmooth.batching.work import NOT_RUN, Job, Outcome, failure, portable
+from meshlab_specsmooth.batching.work import Job, failure
 from meshlab_specsmooth.errors import FileError, InvalidParameter
 from meshlab_specsmooth.meshlab import descriptors
 from meshlab_specsmooth.meshlab.filters import FILTERS
+from meshlab_specsmooth.meshlab.isolated_filter import encode_argument
 from meshlab_specsmooth.meshlab.parameters import resolved_anywhere
 from meshlab_specsmooth.parameters import (
     MOST_WORKERS,
@@ -133,7 +135,7 @@ def batch(
     time_limit = local.check_time_limit(time_limit)
     out = check_path("out", out)
     checked = resolved_anywhere(descriptors.load(filter_name), settings)
-    given = {name: portable(value) for name, value in checked.items()}
+    given = {name: encode_argument(value) for name, value in checked.items()}
     found = sources(paths, out, ending)
     folder = Path(out).absolute()
     for place in sorted({str(folder), *(os.path.dirname(source.output) for source in found)}):  # noqa: PTH120

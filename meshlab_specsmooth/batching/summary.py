@@ -9,7 +9,7 @@ from collections import Counter
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 
-from meshlab_specsmooth.batching.work import STATUSES, Outcome
+from meshlab_specsmooth.batching.record import STATUSES, Outcome
 from meshlab_specsmooth.describe import Described, Rows
 from meshlab_specsmooth.meshlab import files
 from meshlab_specsmooth.version import VERSION

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 from meshlab_specsmooth.batching.many import FILTER, TIME_LIMIT, batch
-from meshlab_specsmooth.batching.work import Outcome
+from meshlab_specsmooth.batching.record import Outcome
 from meshlab_specsmooth.cli.options import add_force, add_options, given_parameters
 from meshlab_specsmooth.cli.progress import bar, printable, say
 from meshlab_specsmooth.errors import SpecsmoothError

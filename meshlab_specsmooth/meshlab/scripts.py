@@ -7,13 +7,12 @@ is asked to run it, which is done here instead.
 
 from __future__ import annotations
 
+import contextlib
 import difflib
 import functools
 import importlib.resources
 import itertools
 import os
-import subprocess
-import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -24,6 +23,7 @@ import pymeshlab
 
 from meshlab_specsmooth.errors import FileError, InvalidXml
 from meshlab_specsmooth.isolation import processes
+from meshlab_specsmooth.isolation.worker import Worker, WorkerFailed, serve
 from meshlab_specsmooth.meshlab import descriptors
 from meshlab_specsmooth.meshlab.descriptors import Descriptor, Parameter
 from meshlab_specsmooth.meshlab.meshset import keeping_script, script_of, set_script
@@ -254,35 +254,32 @@ def _table() -> list[tuple[str, str]]:
 def _unknown(names: tuple[str, ...]) -> frozenset[str]:
     """Those of the display names that pymeshlab has no filter of.
 
-    pymeshlab cannot be asked, but when it is to run an unknown filter, and only then, it says that something really bad
-    happened. That is tried on empty MeshSets in a process of its own, as some filters crash there; one that does is
-    known, and the names after it are tried in another process.
+    pymeshlab has no query for that, but raises an error with a distinctive text when it is to run an unknown filter.
+    This is tried on empty MeshSets in another process, as some filters crash there; one that crashes is known.
     """
     unknown: set[str] = set()
-    left = list(names)
-    while left:
-        with Hold() as hold, temporary.folder() as folder:
-            for number, name in enumerate(left):
-                (Path(folder) / f"{number}.mlx").write_text(_as_script([Step(name, (), 0)]), encoding="utf-8")
-            command, environment = processes.command(try_names, str(folder), str(len(left))), processes.environment()
-            with hold.through():
-                done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)  # noqa: S603
-        answers = [line.split()[1] for line in done.stdout.splitlines() if line.startswith("ANSWER ")]
-        unknown.update(name for name, answer in zip(left, answers, strict=False) if answer == "unknown")
-        left = left[len(answers) + 1 :]
+    if not names:
+        return frozenset()
+    with Hold() as hold, temporary.folder() as folder, Worker(processes.command(serve_scripts)) as worker:
+        path = folder / "filter.mlx"
+        for name in names:
+            path.write_text(_as_script([Step(name, (), 0)]), encoding="utf-8")
+            with hold.through(), contextlib.suppress(WorkerFailed):
+                if not worker.ask(str(path)):
+                    unknown.add(name)
     return frozenset(unknown)
 
 
-def try_names() -> None:
-    """Say on standard output of each numbered script in a folder whether pymeshlab knows its filter."""
-    folder, count = sys.argv[1:]
-    for number in range(int(count)):
-        ms = pymeshlab.MeshSet()
-        _NATIVE_LOAD(ms, str(Path(folder) / f"{number}.mlx"))
-        answer = "known"
-        try:
-            _NATIVE_APPLY(ms)
-        except pymeshlab.PyMeshLabException as error:
-            if "Something really bad happened" in str(error):
-                answer = "unknown"
-        print(f"\nANSWER {answer}", flush=True)  # noqa: T201 (for the process that started this one)
+def serve_scripts() -> None:
+    """Report, for each script of one filter, whether pymeshlab knows the filter."""
+    serve(_is_known)
+
+
+def _is_known(path: str) -> bool:
+    ms = pymeshlab.MeshSet()
+    _NATIVE_LOAD(ms, path)
+    try:
+        _NATIVE_APPLY(ms)
+    except pymeshlab.PyMeshLabException as error:
+        return "Something really bad happened" not in str(error)
+    return True
