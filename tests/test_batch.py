@@ -132,7 +132,7 @@ def test_a_damaged_mesh_is_a_line_and_an_exit_code(tmp_path, capsys):
     arguments = ["batch", str(inputs), str(inputs / "none.ply"), "--out", str(tmp_path / "out"), "--no-pictures"]
     assert main([*arguments, "--workers", "1"]) == 1
     printed = capsys.readouterr()
-    assert printed.err == f"specsmooth: 3 of 5 meshes failed; {tmp_path}/out/summary.csv says why\n"
+    assert printed.err == f"specsmooth: 3 of 5 meshes failed; see {tmp_path}/out/summary.csv\n"
     failed = [line for line in printed.out.splitlines() if line.startswith("failed")]
     assert sorted(Path(line.split(": ")[0]).name for line in failed) == ["damaged.ply", "empty.obj", "none.ply"]
     assert "none.ply: no such file" in printed.out
@@ -285,7 +285,7 @@ def test_folders_patterns_manifests_and_files_keep_their_places(tmp_path, monkey
         with pytest.raises(mss.FileError, match=f"{manifest}: cannot be read"):
             sources(manifest, "out")
     Path("bad.txt").write_text("x" * 5000)
-    with pytest.raises(mss.FileError, match="bad.txt:1: is no path"):
+    with pytest.raises(mss.FileError, match="bad.txt:1: is not a path"):
         sources("bad.txt", "out")
 
 
@@ -509,7 +509,7 @@ def test_on_a_cluster_a_mesh_that_kills_its_process_or_its_worker_costs_no_other
     }
     reasons = {Path(outcome.input).stem: outcome.reason for outcome in summary.outcomes}
     assert "crashed (SIGKILL)" in reasons["killed"]
-    assert reasons["kills its worker"] == "every Dask worker that had it died"
+    assert reasons["kills its worker"] == "every Dask worker that ran it died"
     assert [outcome.reason for outcome in late.outcomes] == ["the process that read or smoothed it took more than 1 s"]
 
 

@@ -28,7 +28,7 @@ def test_a_process_imports_nothing_from_the_working_directory(path, safe, hostil
         monkeypatch.delenv("PYTHONPATH", raising=False)
     else:
         monkeypatch.setenv("PYTHONPATH", path.format(folder=hostile_folder))
-    command = processes.command(processes.environment, "one", "two words")
+    command = processes.command(processes.environment)
     monkeypatch.setenv("PYTHONWARNINGS", "error")
     done = subprocess.run(command, env=processes.environment(), capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
@@ -50,7 +50,7 @@ def test_entries_of_the_python_path_stay(monkeypatch, tmp_path):
     assert processes.environment() == dict(os.environ)
 
 
-def test_so_does_a_worker_of_a_batch_start(hostile_folder):
+def test_the_worker_of_a_batch_starts_in_this_way(hostile_folder):
     assert local.command() == processes.command(serve)
     given = {"stdin": subprocess.DEVNULL, "capture_output": True, "check": False, "env": processes.environment()}
     done = subprocess.run(local.command(), **given)

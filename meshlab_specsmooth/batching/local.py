@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 import queue
 import sys
 from collections.abc import Generator, Sequence
@@ -17,7 +16,7 @@ from meshlab_specsmooth.batching.worker import serve
 from meshlab_specsmooth.isolation import processes
 from meshlab_specsmooth.isolation.worker import Worker, WorkerFailed
 from meshlab_specsmooth.parameters import MOST_WORKERS, check_count, check_number
-from meshlab_specsmooth.runtime import memory, temporary
+from meshlab_specsmooth.runtime import blocks, memory, temporary
 from meshlab_specsmooth.runtime.interrupts import Hold
 
 # Bytes of memory per byte of the file, at the peak: a binary PLY has 38 bytes per vertex and its two faces, for which
@@ -90,19 +89,17 @@ def outcomes(jobs: Sequence[tuple[Job, int]], workers: int | None, time_limit: f
     InvalidParameter
         Before anything is done: ``workers`` is less than 1, or ``time_limit`` is not positive.
     """
-    most = _processors() if workers is None else workers
-    check_count("workers", most, 1, MOST_WORKERS)
-    time_limit = check_time_limit(time_limit)
-    return _outcomes(jobs, min(most, len(jobs)), time_limit)
+    count = blocks.threads() if workers is None else check_count("workers", workers, 1, MOST_WORKERS)
+    return _outcomes(jobs, min(count, len(jobs)), check_time_limit(time_limit))
 
 
-def _outcomes(jobs: Sequence[tuple[Job, int]], most: int, time_limit: float) -> Generator[Outcome]:
+def _outcomes(jobs: Sequence[tuple[Job, int]], count: int, time_limit: float) -> Generator[Outcome]:
     sized = ((bytes_needed(job.source, size), job, size) for job, size in jobs)
     waiting = sorted(sized, key=lambda entry: -entry[0])
     budget = memory.available()
     running: dict[Future[Outcome], int] = {}
     idle: queue.SimpleQueue[MeshWorker] = queue.SimpleQueue()
-    workers = [MeshWorker() for _ in range(most)]
+    workers = [MeshWorker() for _ in range(count)]
     for worker in workers:
         idle.put(worker)
 
@@ -113,17 +110,17 @@ def _outcomes(jobs: Sequence[tuple[Job, int]], most: int, time_limit: float) -> 
         finally:
             idle.put(worker)
 
-    with ThreadPoolExecutor(most) as threads:
+    with ThreadPoolExecutor(count) as threads:
         try:
             while waiting or running:
-                while len(running) < most:
-                    left = budget - sum(running.values())
-                    fitting = next((entry for entry in waiting if entry[0] <= left or not running), None)
+                while len(running) < count:
+                    free = budget - sum(running.values())
+                    fitting = next((entry for entry in waiting if entry[0] <= free or not running), None)
                     if fitting is None:
                         break
                     waiting.remove(fitting)
                     needed, job, size = fitting
-                    limit = bytes_allowed(job.source, size, budget // most)
+                    limit = bytes_allowed(job.source, size, budget // count)
                     running[threads.submit(do, job, limit)] = needed
                 for ended in wait(running, return_when=FIRST_COMPLETED).done:
                     del running[ended]
@@ -151,8 +148,3 @@ class MeshWorker(Worker):
             return Outcome(**self.ask({"job": asdict(job), "bytes": limit}, time_limit))
         except WorkerFailed as error:
             return failure(job, CRASHED, f"the process that read or smoothed it {error}")
-
-
-def _processors() -> int:
-    """Return the number of processors that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -42,10 +42,10 @@ def _do(work: Callable[[Job], Outcome], job: Job, limit: int) -> dict[str, Any]:
     if work is run:
         warm_up()
     try:
-        ended = forked.run_staged(work_within_limit, {signal.SIGTERM}, [Path(job.output).parent])
+        result = forked.run_staged(work_within_limit, {signal.SIGTERM}, [Path(job.output).parent])
     except FileError as error:
         return asdict(failure(job, FAILED, str(error)))
-    if ended.signals:
+    if result.signals:
         raise SystemExit(128 + signal.SIGTERM)
-    reason = f"the process that read or smoothed it {describe_exit(ended.code)}"
-    return asdict(failure(job, CRASHED, reason)) if ended.code or ended.answer is None else dict(ended.answer)
+    reason = f"the process that read or smoothed it {describe_exit(result.code)}"
+    return asdict(failure(job, CRASHED, reason)) if result.code or result.answer is None else dict(result.answer)

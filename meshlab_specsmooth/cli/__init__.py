@@ -136,12 +136,13 @@ def _run_in_fork(given: argparse.Namespace, file: str) -> int:
             given.run(given)
         return printed.getvalue()
 
-    ended = forked.run_staged(work, {signal.SIGINT, signal.SIGTERM, signal.SIGHUP}, places, is_staged)
+    result = forked.run_staged(work, {signal.SIGINT, signal.SIGTERM, signal.SIGHUP}, places, is_staged)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the process ends now
-    if ended.code < 0:
-        raise Crashed(f"{file}: the process that read, changed or wrote it {describe_exit(ended.code)}")
-    print(ended.answer or "", end="")
-    return ended.code
+    if result.code < 0:
+        raise Crashed(f"{file}: the process that read, changed or wrote it {describe_exit(result.code)}")
+    if result.code == DONE:
+        print(result.answer, end="")
+    return result.code
 
 
 def _places(given: argparse.Namespace) -> list[Path]:

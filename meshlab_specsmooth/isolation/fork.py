@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import ctypes
 import io
-import json
 import os
 import signal
 import socket
@@ -16,17 +15,19 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from meshlab_specsmooth.isolation.messages import read_message, write_message
+
 # Linux: the signal that a process gets when its parent ends (sys/prctl.h), and the origin of a signal that the terminal
 # sends to all of its processes, as at Ctrl-C (asm-generic/siginfo.h)
 _PR_SET_PDEATHSIG, _SI_KERNEL = 1, 0x80
-_BLOCK_SIZE, _MAX_DESCRIPTORS = 2**16, 250
+_MAX_DESCRIPTORS = 250
 # SIGCHLD may be taken by a thread of a native library, so that the fork is looked at after these seconds too
 _POLL_SECONDS = 0.2
 
 
 @dataclass(frozen=True)
-class Ended:
-    """A fork that has ended.
+class ForkResult:
+    """The end of a fork.
 
     Attributes
     ----------
@@ -56,15 +57,15 @@ def can_fork() -> bool:
 def run_in_fork(
     work: Callable[[], tuple[object, Sequence[int]]],
     forwarded: Collection[signal.Signals],
-    finish: Callable[[Ended], Ended],
-) -> Ended:
+    finish: Callable[[ForkResult], ForkResult],
+) -> ForkResult:
     """Work in a fork, which is killed when this process ends.
 
     Parameters
     ----------
     work : callable
-        Called in the fork; returns an answer that JSON can represent, and descriptors of files to hand over. What it
-        raises goes on to the caller there; after it the fork raises SystemExit.
+        Called in the fork; returns an answer and descriptors of files to hand over. What it raises is raised to the
+        caller there; after it the fork raises SystemExit.
     forwarded : collection of Signals
         Sent on to the fork instead of being handled here, unless the terminal has sent them to both.
     finish : callable
@@ -89,11 +90,11 @@ def run_in_fork(
             raise SystemExit(0)
         theirs.close()
         with ours:
-            ended = finish(Ended(pid, *_wait(pid, blocked), *_receive(ours)))
-        late = set[int]()
-        while (info := signal.sigtimedwait(blocked, 0)) is not None:
-            late.add(info.si_signo)
-        return replace(ended, signals=ended.signals | (late - {signal.SIGCHLD}))
+            result = finish(ForkResult(pid, *_wait(pid, blocked), *_receive(ours)))
+        late = signal.sigpending() & {*forwarded}
+        for number in late:
+            signal.sigtimedwait({number}, 0)
+        return replace(result, signals=result.signals | late)
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
@@ -119,28 +120,21 @@ def _wait(pid: int, signals: Collection[signal.Signals]) -> tuple[int, frozenset
 
 
 def _send(channel: socket.socket, answer: object, descriptors: Sequence[int]) -> None:
-    data = json.dumps(answer).encode() + b"\n"
-    sent = socket.send_fds(channel, [data], descriptors)
-    channel.sendall(data[sent:])
-    channel.close()
+    socket.send_fds(channel, [b"\n"], descriptors)
+    with channel, channel.makefile("wb") as stream:
+        write_message(stream, answer)
 
 
 def _receive(channel: socket.socket) -> tuple[Any, tuple[int, ...]]:
     """Return the answer of a fork that has ended, and descriptors; None and none where it is not complete."""
-    data, descriptors = b"", list[int]()
-    while True:
-        block, more, _, _ = socket.recv_fds(channel, _BLOCK_SIZE, _MAX_DESCRIPTORS)
-        descriptors += more
-        if not block:
-            break
-        data += block
-    for descriptor in descriptors:
-        os.set_inheritable(descriptor, False)
-    if data.endswith(b"\n"):
-        return json.loads(data), tuple(descriptors)
-    for descriptor in descriptors:
-        os.close(descriptor)
-    return None, ()
+    descriptors = socket.recv_fds(channel, 1, _MAX_DESCRIPTORS, socket.MSG_CMSG_CLOEXEC)[1]
+    try:
+        with channel.makefile("rb") as stream:
+            return read_message(stream), tuple(descriptors)
+    except EOFError:
+        for descriptor in descriptors:
+            os.close(descriptor)
+        return None, ()
 
 
 def silence_native_output() -> None:

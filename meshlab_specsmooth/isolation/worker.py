@@ -1,13 +1,11 @@
 """A worker: a process that answers requests one after the other, and may crash without harm to the caller.
 
-:class:`Worker` is the caller's end, :func:`serve` the worker's. A message is a line of JSON; the arrays in it follow as
-raw bytes. Nothing is unpickled, as a worker that has read a hostile file may send anything.
+:class:`Worker` is the caller's end, :func:`serve` the worker's; see :mod:`~meshlab_specsmooth.isolation.messages`.
 """
 
 from __future__ import annotations
 
 import contextlib
-import json
 import math
 import os
 import queue
@@ -17,16 +15,13 @@ import tempfile
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from types import FrameType, TracebackType
-from typing import Any, Literal, TypeVar
-
-import numpy as np
+from typing import Any, TypeVar
 
 from meshlab_specsmooth.isolation import processes
 from meshlab_specsmooth.isolation.exit_status import describe_exit
+from meshlab_specsmooth.isolation.messages import read_message, write_message
 from meshlab_specsmooth.runtime import temporary
 
-# key of a JSON object that stands for an array: dtype, shape, order of its bytes
-_ARRAY = "__array__"
 _W = TypeVar("_W", bound="Worker")
 
 
@@ -168,44 +163,3 @@ def _listen(requests: queue.SimpleQueue[Any]) -> None:
 
 def _exit(number: int, frame: FrameType | None) -> None:
     raise SystemExit(128 + number)
-
-
-def write_message(stream: Any, message: object) -> None:
-    """Write a message to a buffered binary stream."""
-    arrays: list[bytes] = []
-
-    def encode(value: object) -> object:
-        if isinstance(value, np.generic):
-            return value.item()
-        if not isinstance(value, np.ndarray):
-            raise TypeError(f"{type(value).__name__} cannot be part of a message")
-        order: Literal["C", "F"] = "C" if value.flags.c_contiguous else "F"
-        arrays.append(value.tobytes(order))
-        return {_ARRAY: [value.dtype.str, value.shape, order]}
-
-    stream.write(json.dumps(message, default=encode).encode() + b"\n")
-    for data in arrays:
-        stream.write(data)
-    stream.flush()
-
-
-def read_message(stream: Any) -> Any:
-    """Read a message from a binary stream; raises EOFError where it is not complete, and ValueError if it is none."""
-
-    def decode(value: dict[str, Any]) -> Any:
-        if value.keys() != {_ARRAY}:
-            return value
-        dtype, shape, order = value[_ARRAY]
-        data = bytearray(math.prod(shape) * np.dtype(dtype).itemsize)
-        rest = memoryview(data)
-        while rest:
-            count = stream.readinto(rest)
-            if not count:
-                raise EOFError
-            rest = rest[count:]
-        return np.ndarray(shape, dtype, data, order=order)
-
-    line = stream.readline()
-    if not line.endswith(b"\n"):
-        raise EOFError
-    return json.loads(line, object_hook=decode)

@@ -14,7 +14,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from meshlab_specsmooth.isolation import fork
-from meshlab_specsmooth.isolation.fork import Ended
+from meshlab_specsmooth.isolation.fork import ForkResult
 from meshlab_specsmooth.meshlab.files import Staged, postponed
 from meshlab_specsmooth.runtime import temporary
 from meshlab_specsmooth.runtime.temporary import Temporary
@@ -25,7 +25,7 @@ def run_staged(
     forwarded: Collection[signal.Signals],
     folders: Sequence[str | os.PathLike[str]],
     is_staged: bool = True,
-) -> Ended:
+) -> ForkResult:
     """Work in a fork, and move its files when it has ended with exit code 0, else remove them.
 
     Parameters
@@ -52,21 +52,21 @@ def run_staged(
         files = [(str(each.temporary.root), each.temporary.lock >= 0, str(each.target)) for each in written]
         return (answer, files), [each.temporary.lock for each in written if each.temporary.lock >= 0]
 
-    def finish(ended: Ended) -> Ended:
-        answer, files = ended.answer or (None, [])
-        locks = iter(ended.descriptors)
+    def finish(result: ForkResult) -> ForkResult:
+        answer, files = result.answer or (None, [])
+        locks = iter(result.descriptors)
         written = [
             Staged(Temporary(Path(root), next(locks) if is_locked else -1), Path(target))
             for root, is_locked, target in files
         ]
         try:
-            for staged in written if ended.code == 0 else ():
+            for staged in written if result.code == 0 else ():
                 staged.move()
         finally:
             discard(written)
-            for folder in folders if ended.code != 0 else ():
-                temporary.sweep(folder, ended.pid)
-        return replace(ended, answer=answer, descriptors=())
+            for folder in folders if result.code != 0 else ():
+                temporary.sweep(folder, result.pid)
+        return replace(result, answer=answer, descriptors=())
 
     return fork.run_in_fork(work_with_files, forwarded, finish)
 
