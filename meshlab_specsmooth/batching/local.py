@@ -15,9 +15,9 @@ from meshlab_specsmooth.batching.work import Job, failure
 from meshlab_specsmooth.batching.worker import serve
 from meshlab_specsmooth.isolation import processes
 from meshlab_specsmooth.isolation.worker import Worker, WorkerFailed
-from meshlab_specsmooth.parameters import MOST_WORKERS, check_count, check_number
+from meshlab_specsmooth.parameters import MAX_WORKERS, check_count, check_number
 from meshlab_specsmooth.runtime import blocks, memory, temporary
-from meshlab_specsmooth.runtime.interrupts import Hold
+from meshlab_specsmooth.runtime.interrupts import DeferInterrupts
 
 # Bytes of memory per byte of the file, at the peak: a binary PLY has 38 bytes per vertex and its two faces, for which
 # pymeshlab takes about 500 and smoothing 800 more. Compressed files are ten times smaller.
@@ -89,7 +89,7 @@ def outcomes(jobs: Sequence[tuple[Job, int]], workers: int | None, time_limit: f
     InvalidParameter
         Before anything is done: ``workers`` is less than 1, or ``time_limit`` is not positive.
     """
-    count = blocks.threads() if workers is None else check_count("workers", workers, 1, MOST_WORKERS)
+    count = blocks.threads() if workers is None else check_count("workers", workers, 1, MAX_WORKERS)
     return _outcomes(jobs, min(count, len(jobs)), check_time_limit(time_limit))
 
 
@@ -126,14 +126,14 @@ def _outcomes(jobs: Sequence[tuple[Job, int]], count: int, time_limit: float) ->
                     del running[ended]
                     yield ended.result()
         finally:
-            with Hold():
+            with DeferInterrupts():
                 for worker in workers:
                     worker.terminate()
                 for worker in workers:
                     worker.end()
                 # a process that was killed may have left temporary folders
                 for folder in {Path(job.output).parent for job, _ in jobs}:
-                    temporary.sweep(folder)
+                    temporary.remove_stale(folder)
 
 
 class MeshWorker(Worker):

@@ -24,12 +24,12 @@ from meshlab_specsmooth.batching.record import (
 )
 from meshlab_specsmooth.errors import SpecsmoothError
 from meshlab_specsmooth.geometry.surface import Surface, is_closed, signed_volume
-from meshlab_specsmooth.meshlab import descriptors, files, isolated_filter, losses, meshset, precision
+from meshlab_specsmooth.meshlab import descriptors, isolated_filter, losses, mesh_files, meshset, precision
 from meshlab_specsmooth.meshlab.descriptors import AnySelected
 from meshlab_specsmooth.meshlab.filters import FILTERS, quiet
 from meshlab_specsmooth.meshlab.isolated_filter import decode_argument, encode_argument
 from meshlab_specsmooth.meshlab.parameters import PyMeshLabException
-from meshlab_specsmooth.runtime import temporary
+from meshlab_specsmooth.runtime import atomic, temporary
 from meshlab_specsmooth.version import VERSION
 
 
@@ -90,19 +90,19 @@ def _run(job: Job, start: float) -> Outcome:
         earlier = read_record(job.output)
         if earlier is not None and earlier.outcome and earlier.asks_the_same(before) and earlier.is_of(job.output):
             return replace(Outcome(**earlier.outcome), input=job.source, output=job.output, status=SKIPPED)
-    temporary.sweep(Path(job.output).parent)
-    target = files.check_target(job.output)
+    temporary.remove_stale(Path(job.output).parent)
+    target = mesh_files.check_target(job.output)
     # images inside of the files of a folder may have the same names
-    ms = files.read(job.source, prefix=f"{Path(job.output).stem}-")
-    files.check_textures(ms, target, job.source)
-    vertices, faces = meshset.pull(ms)
-    lost = losses.losses(job.source)
+    ms = mesh_files.read(job.source, prefix=f"{Path(job.output).stem}-")
+    mesh_files.check_textures(ms, target, job.source)
+    vertices, faces = meshset.get_arrays(ms)
+    lost = losses.find_losses(job.source)
     notices = [] if lost is None else [lost]
     notices += precision.check_rounding(vertices, faces, job.source, job.output, job.force)
     with quiet():
         report = FILTERS[job.filter_name](ms, **{name: decode_argument(value) for name, value in job.settings.items()})
     notices += [report["warning"]] if report.get("warning") else []
-    written = files.write(ms, target, source=job.source)
+    written = mesh_files.write(ms, target, source=job.source)
     noise = report.get("noise")  # estimated if the strength is chosen; the edge-aware filter has no cut-off
     outcome = Outcome(
         job.source,
@@ -111,12 +111,12 @@ def _run(job: Job, start: float) -> Outcome:
         vertices=len(vertices),
         noise=None if noise is None else noise.level,
         cutoff=report.get("cutoff"),
-        volume_change=_volume_change(vertices, meshset.pull(ms)[0], faces),
+        volume_change=_volume_change(vertices, meshset.get_arrays(ms)[0], faces),
         warning="; ".join([*notices, *written.notices]),
         seconds=time.perf_counter() - start,
     )
     record = replace(before, output_sha256=compute_digest(str(written.file)), outcome=asdict(outcome))
-    files.write_text(job.output + RECORD_ENDING, json.dumps(asdict(record), indent=1) + "\n")
+    atomic.write_text(job.output + RECORD_ENDING, json.dumps(asdict(record), indent=1) + "\n")
     return outcome
 
 

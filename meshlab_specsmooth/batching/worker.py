@@ -17,9 +17,8 @@ from meshlab_specsmooth.batching.work import Job, failure, run, warm_up
 from meshlab_specsmooth.errors import FileError
 from meshlab_specsmooth.isolation import fork, worker
 from meshlab_specsmooth.isolation.exit_status import describe_exit
-from meshlab_specsmooth.meshlab import forked
-from meshlab_specsmooth.meshlab.files import Staged
 from meshlab_specsmooth.runtime import memory
+from meshlab_specsmooth.runtime.atomic import Staged
 
 
 def serve(work: Callable[[Job], Outcome] = run) -> None:
@@ -34,7 +33,7 @@ def _do(work: Callable[[Job], Outcome], job: Job, limit: int) -> dict[str, Any]:
         with memory.limited(limit):
             outcome = work(job)
         if not outcome.is_there:
-            forked.discard(written)
+            fork.discard(written)
         return asdict(outcome)
 
     if not fork.can_fork():
@@ -42,7 +41,7 @@ def _do(work: Callable[[Job], Outcome], job: Job, limit: int) -> dict[str, Any]:
     if work is run:
         warm_up()
     try:
-        result = forked.run_staged(work_within_limit, {signal.SIGTERM}, [Path(job.output).parent])
+        result = fork.run_in_fork(work_within_limit, {signal.SIGTERM}, [Path(job.output).parent])
     except FileError as error:
         return asdict(failure(job, FAILED, str(error)))
     if result.signals:

@@ -21,7 +21,6 @@ from meshlab_specsmooth.cli.progress import notice
 from meshlab_specsmooth.errors import InvalidParameter, Slow, SpecsmoothError, suggest
 from meshlab_specsmooth.isolation import fork
 from meshlab_specsmooth.isolation.exit_status import describe_exit
-from meshlab_specsmooth.meshlab import forked
 from meshlab_specsmooth.meshlab.parameters import PyMeshLabException
 from meshlab_specsmooth.runtime import temporary
 from meshlab_specsmooth.version import VERSION
@@ -124,7 +123,7 @@ def _run_in_fork(given: argparse.Namespace, file: str) -> int:
     """Run a command in a fork; what it wrote and printed appears when it has ended well."""
     places = _places(given)
     for place in places:  # files of a process that was killed
-        temporary.sweep(place)
+        temporary.remove_stale(place)
     is_staged = not getattr(given, "writes_at_once", False)
 
     def work(_: object) -> str:
@@ -136,7 +135,7 @@ def _run_in_fork(given: argparse.Namespace, file: str) -> int:
             given.run(given)
         return printed.getvalue()
 
-    result = forked.run_staged(work, {signal.SIGINT, signal.SIGTERM, signal.SIGHUP}, places, is_staged)
+    result = fork.run_in_fork(work, {signal.SIGINT, signal.SIGTERM, signal.SIGHUP}, places, is_staged)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the process ends now
     if result.code < 0:
         raise Crashed(f"{file}: the process that read, changed or wrote it {describe_exit(result.code)}")

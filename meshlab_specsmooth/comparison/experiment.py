@@ -36,7 +36,7 @@ from meshlab_specsmooth.meshlab.descriptors import Length, load
 from meshlab_specsmooth.meshlab.isolated_filter import FilterProcess, FilterRun
 from meshlab_specsmooth.meshlab.measures import hausdorff, self_intersecting_faces
 from meshlab_specsmooth.noise.estimate import UNCLEAR, Noise
-from meshlab_specsmooth.parameters import NOISE_IN_EXTENTS, check_number
+from meshlab_specsmooth.parameters import NOISE_BOUNDS_IN_EXTENTS, check_number
 from meshlab_specsmooth.risk.estimation import PreparedError, prepare_error
 from meshlab_specsmooth.runtime.progress import Progress
 from meshlab_specsmooth.smoothing.api import assemble
@@ -89,7 +89,7 @@ def experiment(
     if added is not None:
         if truth is not None:
             raise InvalidParameter("noise and ground_truth are both given; noise is added to a clean mesh")
-        added = check_number("noise", added, *NOISE_IN_EXTENTS)
+        added = check_number("noise", added, *NOISE_BOUNDS_IN_EXTENTS)
         truth, given = given, Surface(noise.gaussian(given, added, seed), given.faces)
     for surface in filter(None, (given, truth)):
         for size in (np.abs(surface.vertices).max(), np.ptp(surface.vertices, axis=0).max()):
@@ -396,7 +396,7 @@ def _held(competitor: Competitor, ran: FilterRun) -> Competitor:
 def _on_part(competitor: Competitor, bench: _Bench) -> Competitor:
     """The filter with shares of the whole mesh's diagonal, on a part of it."""
     stretched = {
-        k: Length(v.share * bench.stretch) if isinstance(v, Length) else v for k, v in competitor.parameters.items()
+        k: Length(v.fraction * bench.stretch) if isinstance(v, Length) else v for k, v in competitor.parameters.items()
     }
     return replace(competitor, parameters=stretched)
 

@@ -1,4 +1,8 @@
-"""Forks: copies of this process, which start at once and may crash in native code that reads or writes files."""
+"""Forks: copies of this process, which start at once and may crash in native code that reads or writes files.
+
+Some readers damage the memory of their process, which is noticed only when it ends. Until then what the fork has
+written stays in temporary folders. It hands over their locks, so that no other process removes them meanwhile.
+"""
 
 from __future__ import annotations
 
@@ -12,16 +16,20 @@ import sys
 import threading
 import warnings
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from meshlab_specsmooth.isolation.messages import read_message, write_message
+from meshlab_specsmooth.runtime import temporary
+from meshlab_specsmooth.runtime.atomic import Staged, postponed
+from meshlab_specsmooth.runtime.temporary import Temporary
 
 # Linux: the signal that a process gets when its parent ends (sys/prctl.h), and the origin of a signal that the terminal
 # sends to all of its processes, as at Ctrl-C (asm-generic/siginfo.h)
 _PR_SET_PDEATHSIG, _SI_KERNEL = 1, 0x80
-_MAX_DESCRIPTORS = 250
-# SIGCHLD may be taken by a thread of a native library, so that the fork is looked at after these seconds too
+_MAX_FILES = 250
+# a thread of a native library may take SIGCHLD, so the fork is looked at after these seconds too
 _POLL_SECONDS = 0.2
 
 
@@ -31,22 +39,17 @@ class ForkResult:
 
     Attributes
     ----------
-    pid : int
     code : int
         Its exit code, or the negative number of the signal that killed it.
-    signals : frozenset of int
-        Those of the forwarded signals that came; the caller decides about them.
     answer : object
-        None where it ended before it could answer.
-    descriptors : tuple of int
-        Of the files that it handed over; whoever gets them closes them.
+        What its work returned; None where it ended before.
+    signals : frozenset of int
+        Those of the forwarded signals that came.
     """
 
-    pid: int
     code: int
+    answer: Any
     signals: frozenset[int]
-    answer: Any = None
-    descriptors: tuple[int, ...] = ()
 
 
 def can_fork() -> bool:
@@ -55,21 +58,29 @@ def can_fork() -> bool:
 
 
 def run_in_fork(
-    work: Callable[[], tuple[object, Sequence[int]]],
+    work: Callable[[list[Staged]], object],
     forwarded: Collection[signal.Signals],
-    finish: Callable[[ForkResult], ForkResult],
+    folders: Sequence[str | os.PathLike[str]],
+    is_staged: bool = True,
 ) -> ForkResult:
-    """Work in a fork, which is killed when this process ends.
+    """Work in a fork, which is killed when this process ends; move its files if its exit code is 0, else remove them.
 
     Parameters
     ----------
     work : callable
-        Called in the fork; returns an answer and descriptors of files to hand over. What it raises is raised to the
-        caller there; after it the fork raises SystemExit.
+        Called in the fork with the list of the files that it has written so far; returns an answer that a message can
+        represent. What it raises is raised to the caller there; after it the fork raises SystemExit.
     forwarded : collection of Signals
         Sent on to the fork instead of being handled here, unless the terminal has sent them to both.
-    finish : callable
-        Called here when the fork has ended, while signals still wait; what it returns is returned.
+    folders : sequence of path
+        Where the fork writes; temporary folders that it leaves there are removed.
+    is_staged : bool
+        False where the fork moves each file as soon as it is written.
+
+    Raises
+    ------
+    FileError
+        A file cannot be moved.
     """
     signal.signal(signal.SIGCHLD, signal.SIG_DFL)  # where it is ignored there is no exit code
     parent = os.getpid()
@@ -86,15 +97,25 @@ def run_in_fork(
             if os.getppid() != parent:  # it has ended already
                 os._exit(1)
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
-            _send(theirs, *work())
+            with postponed() if is_staged else contextlib.nullcontext(list[Staged]()) as written:
+                answer = work(written)
+            _hand_over(theirs, answer, written)
             raise SystemExit(0)
         theirs.close()
         with ours:
-            result = finish(ForkResult(pid, *_wait(pid, blocked), *_receive(ours)))
+            code, signals = _wait(pid, blocked)
+            answer, written = _take_over(ours)
+        try:
+            for staged in written if code == 0 else ():
+                staged.move()
+        finally:
+            discard(written)
+            for folder in folders if code != 0 else ():
+                temporary.remove_stale(folder, pid)
         late = signal.sigpending() & {*forwarded}
         for number in late:
             signal.sigtimedwait({number}, 0)
-        return replace(result, signals=result.signals | late)
+        return ForkResult(code, answer, signals | late)
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
@@ -119,22 +140,35 @@ def _wait(pid: int, signals: Collection[signal.Signals]) -> tuple[int, frozenset
         raise
 
 
-def _send(channel: socket.socket, answer: object, descriptors: Sequence[int]) -> None:
-    socket.send_fds(channel, [b"\n"], descriptors)
+def _hand_over(channel: socket.socket, answer: object, written: Sequence[Staged]) -> None:
+    locks = [each.temporary.lock for each in written if each.temporary.lock >= 0]  # -1 where the system has none
+    socket.send_fds(channel, [b"\n"], locks)
+    files = [(str(each.temporary.root), each.temporary.lock >= 0, str(each.target)) for each in written]
     with channel, channel.makefile("wb") as stream:
-        write_message(stream, answer)
+        write_message(stream, (answer, files))
 
 
-def _receive(channel: socket.socket) -> tuple[Any, tuple[int, ...]]:
-    """Return the answer of a fork that has ended, and descriptors; None and none where it is not complete."""
-    descriptors = socket.recv_fds(channel, 1, _MAX_DESCRIPTORS, socket.MSG_CMSG_CLOEXEC)[1]
+def _take_over(channel: socket.socket) -> tuple[Any, list[Staged]]:
+    """Return the answer of a fork that has ended, and its files; None and none where it did not come to its end."""
+    locks = socket.recv_fds(channel, 1, _MAX_FILES, socket.MSG_CMSG_CLOEXEC)[1]
     try:
         with channel.makefile("rb") as stream:
-            return read_message(stream), tuple(descriptors)
+            answer, files = read_message(stream)
     except EOFError:
-        for descriptor in descriptors:
-            os.close(descriptor)
-        return None, ()
+        for lock in locks:
+            os.close(lock)
+        return None, []
+    given = iter(locks)
+    return answer, [
+        Staged(Temporary(Path(root), next(given) if is_locked else -1), Path(target))
+        for root, is_locked, target in files
+    ]
+
+
+def discard(written: list[Staged]) -> None:
+    """Remove the files that were written so far."""
+    while written:
+        written.pop().discard()
 
 
 def silence_native_output() -> None:

@@ -140,7 +140,7 @@ def serve(answer: Callable[[Any], object]) -> None:
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
     signal.signal(signal.SIGTERM, _exit)
-    temporary.sweep(tempfile.gettempdir())
+    temporary.remove_stale(tempfile.gettempdir())
     requests: queue.SimpleQueue[Any] = queue.SimpleQueue()
     threading.Thread(target=_listen, args=(requests,), daemon=True).start()
     while (request := requests.get()) is not None:

@@ -69,7 +69,7 @@ def run(vertices: Floats, faces: Integers, name: str, parameters: Mapping[str, A
     """
     ms = meshset.new(vertices, faces)
     given = {
-        key: pymeshlab.PercentageValue(100 * value.share) if isinstance(value, Length) else value
+        key: pymeshlab.PercentageValue(100 * value.fraction) if isinstance(value, Length) else value
         for key, value in parameters.items()
     }
     output: dict[str, Any] = {}
@@ -80,7 +80,7 @@ def run(vertices: Floats, faces: Integers, name: str, parameters: Mapping[str, A
     except Exception as error:
         raise FilterFailed(" ".join(str(error).split()) or type(error).__name__) from error
     seconds = time.perf_counter() - start
-    result, triangles = meshset.pull(ms)
+    result, triangles = meshset.get_arrays(ms)
     if len(result) != len(vertices) or len(triangles) != len(faces):
         raise FilterFailed(
             f"made {len(result)} vertices and {len(triangles)} faces of {len(vertices)} and {len(faces)}"
@@ -166,13 +166,13 @@ def make_sphere() -> tuple[Floats, Integers]:
     """Return a small sphere with noise, but larger than the meshes for which the filters use other methods."""
     ms = pymeshlab.MeshSet()
     ms.create_sphere(subdiv=4)
-    vertices, faces = meshset.pull(ms)
+    vertices, faces = meshset.get_arrays(ms)
     return vertices + 0.01 * np.random.default_rng(0).standard_normal(vertices.shape), faces
 
 
 def encode_argument(value: Any) -> Any:
     """Return a filter's argument as JSON can represent it: a fraction of the diagonal becomes a dict."""
-    return {"diagonals": value.share} if isinstance(value, Length) else value
+    return {"diagonals": value.fraction} if isinstance(value, Length) else value
 
 
 def decode_argument(value: Any) -> Any:

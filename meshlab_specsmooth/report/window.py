@@ -13,7 +13,7 @@ import numpy as np
 from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.choices import Response
 from meshlab_specsmooth.errors import MissingExtra, NoDisplay
-from meshlab_specsmooth.meshlab import files
+from meshlab_specsmooth.runtime import atomic
 from meshlab_specsmooth.smoothing.api import Prepared, SmoothingResult
 from meshlab_specsmooth.spectral.response import RESPONSES
 
@@ -100,7 +100,7 @@ def tune(
         if screenshot is None:
             polyscope.show()
         else:
-            with files.replacing(screenshot) as part:
+            with atomic.atomic_write(screenshot) as part:
                 polyscope.screenshot(str(part), transparent_bg=False, include_UI=True)
     finally:
         polyscope.clear_user_callback()
