@@ -11,9 +11,12 @@ from meshlab_specsmooth.cli.progress import notice
 from meshlab_specsmooth.meshlab import descriptors, mesh_files, meshset, precision, scripts
 from meshlab_specsmooth.meshlab.filter_inputs import features_of
 from meshlab_specsmooth.meshlab.parameters import resolve
+from meshlab_specsmooth.operators.assemble import assemble
 from meshlab_specsmooth.report.window import WEIGHTS, Setting, tune
 from meshlab_specsmooth.runtime import atomic
-from meshlab_specsmooth.smoothing.api import DEFAULT_WAVELENGTH_IN_EDGES, SmoothingResult, prepare
+from meshlab_specsmooth.smoothing.api import smooth
+from meshlab_specsmooth.smoothing.filter import DEFAULT_WAVELENGTH_IN_EDGES
+from meshlab_specsmooth.smoothing.result import SmoothingResult
 from meshlab_specsmooth.spectral.response import name_of
 
 _DESCRIPTOR = descriptors.load("apply_coord_spectral_smoothing")
@@ -53,10 +56,10 @@ def run(arguments: argparse.Namespace) -> None:
     for line in precision.check_rounding(*meshset.get_arrays(ms), source, out, arguments.force):
         notice(line)
     features = features_of(ms, arguments.features)
-    prepared = prepare(*meshset.get_arrays(ms))
+    ops = assemble(*meshset.get_arrays(ms))
     least, most = WEIGHTS
-    chosen = prepared.smooth()
-    weight, response = min(max(chosen.barycenter_weight, least), most), name_of(chosen.response)
+    chosen = smooth(ops)
+    weight, response = min(max(float(chosen.barycenter_weight), least), most), name_of(chosen.response)
     first = Setting(DEFAULT_WAVELENGTH_IN_EDGES, weight, response, 1.0 if features is not None else 0.0)
 
     def save_mesh(setting: Setting, result: SmoothingResult) -> str:
@@ -77,7 +80,7 @@ def run(arguments: argparse.Namespace) -> None:
         return text
 
     actions = {"save the mesh": save_mesh, "save the script": save_script, "print the call": print_call}
-    tune(prepared, first, actions, features=features, screenshot=arguments.screenshot)
+    tune(ops, first, actions, features=features, screenshot=arguments.screenshot)
     if arguments.screenshot is not None:
         print(f"picture: {arguments.screenshot}")
 

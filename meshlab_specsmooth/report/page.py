@@ -31,7 +31,7 @@ from meshlab_specsmooth.comparison.comparison import (
 from meshlab_specsmooth.errors import FileError, InvalidParameter, MissingExtra
 from meshlab_specsmooth.geometry.surface import Surface
 from meshlab_specsmooth.meshlab import projects
-from meshlab_specsmooth.noise.estimate import NONE, UNCLEAR
+from meshlab_specsmooth.noise.model import NONE, UNCLEAR
 from meshlab_specsmooth.report import plots
 from meshlab_specsmooth.report.pictures import HEIGHT_BY_WIDTH, Panel, View, close_up, front, render
 from meshlab_specsmooth.runtime import atomic, temporary
