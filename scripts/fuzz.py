@@ -14,12 +14,9 @@ python3 scripts/fuzz.py --only 4711              repeat one call, with its trace
 
 import argparse
 import collections
-import contextlib
 import dataclasses
-import queue
-import subprocess
+import itertools
 import sys
-import threading
 import time
 import traceback
 import warnings
@@ -34,6 +31,7 @@ import numpy as np
 from fuzz_calls import TYPED, Call, ChangedError, make_call
 
 import meshlab_specsmooth as mss
+from meshlab_specsmooth.isolation.worker import Worker, WorkerFailed, serve
 
 TIMEOUT = 60.0  # seconds per call
 # Fields that may be NaN: for open surfaces, single probes, given settings
@@ -46,7 +44,7 @@ def main() -> int:
     parser.add_argument("--seconds", metavar="S", type=float, default=float("inf"), help="maximum time")
     parser.add_argument("--seed", metavar="N", type=int, default=0, help="(default: 0)")
     parser.add_argument("--only", metavar="N", type=int, help="number of a single call, which runs in this process")
-    parser.add_argument("--worker", metavar="N", type=int, help=argparse.SUPPRESS)  # first call of a worker
+    parser.add_argument("--worker", action="store_true", help=argparse.SUPPRESS)
     given = parser.parse_args()
     if given.only is not None:
         call = make_call(given.seed, given.only)
@@ -54,9 +52,8 @@ def main() -> int:
         outcome = run_call(call, show=True)
         print(outcome)
         return int(is_failure(outcome))
-    if given.worker is not None:
-        for number in range(given.worker, given.calls):
-            print(f"{number}\t{run_call(make_call(given.seed, number))}", flush=True)
+    if given.worker:
+        serve(lambda number: run_call(make_call(given.seed, number)))
         return 0
     start = time.perf_counter()
     counts: collections.Counter[str] = collections.Counter()
@@ -80,42 +77,10 @@ def is_failure(outcome: str) -> bool:
 
 
 def outcomes(seed: int, calls: int, until: float) -> Iterator[tuple[int, str]]:
-    """Yield the number and the outcome of each call; the calls run in worker processes, which may crash."""
-    number = 0
-    while number < calls and time.perf_counter() < until:
-        command = [sys.executable, __file__, "--worker", str(number), "--calls", str(calls), "--seed", str(seed)]
-        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
-        lines: queue.SimpleQueue[str | None] = queue.SimpleQueue()
-        reader = threading.Thread(target=_read, args=(process, lines), daemon=True)
-        reader.start()
-        try:
-            while number < calls and time.perf_counter() < until:
-                try:
-                    line = lines.get(timeout=TIMEOUT)
-                except queue.Empty:
-                    yield number, f"FAILURE: did not end within {TIMEOUT:g} s"
-                    number += 1
-                    break
-                if line is None:
-                    yield number, f"FAILURE: the process ended with {process.wait()}"
-                    number += 1
-                    break
-                words = line.rstrip("\n").split("\t")
-                if len(words) != 2 or words[0] != str(number):
-                    continue  # printed by the call
-                yield number, words[1]
-                number += 1
-        finally:
-            process.kill()
-            process.wait()
-            reader.join()
+from meshlab_specsmooth.isolation.worker import Worker, WorkerFailed, serve
 
-
-def _read(process: "subprocess.Popen[str]", lines: "queue.SimpleQueue[str | None]") -> None:
-    with process.stdout or contextlib.nullcontext(()) as stream:
-        for line in stream:
-            lines.put(line)
-    lines.put(None)
+TIMEOUT = 60.0  # seconds per call
+# Fields that may be NaN: for open surfaces, single probes, given settings
 
 
 def run_call(call: Call, show: bool = False) -> str:

@@ -32,8 +32,8 @@ from meshlab_specsmooth.geometry.surface import (
     signed_volume,
 )
 from meshlab_specsmooth.graph.laplacian import Laplacian
-from meshlab_specsmooth.isolation.child import Child, Ran
 from meshlab_specsmooth.meshlab.descriptors import Length, load
+from meshlab_specsmooth.meshlab.isolated_filter import FilterProcess, FilterRun
 from meshlab_specsmooth.meshlab.measures import hausdorff, self_intersecting_faces
 from meshlab_specsmooth.noise.model import UNCLEAR, Noise
 from meshlab_specsmooth.operators.assemble import assemble_surface
@@ -100,7 +100,7 @@ def experiment(
     bench = _Bench.of(given, truth, 1 if large else _PROBES, once=once)
     small = bench.part(_patch(given, _SAMPLE)) if large else bench
     steps = _Steps(progress, wanted, bench, small)
-    with Child(given.faces) as whole, Child(small.given.faces) as part, ThreadPoolExecutor(1) as pool:
+    with FilterProcess(given.faces) as whole, FilterProcess(small.given.faces) as part, ThreadPoolExecutor(1) as pool:
         try:
             rows, curves = _run(wanted, bench, small, whole, whole if small is bench else part, pool, steps)
         except BaseException:
@@ -327,8 +327,8 @@ def _run(
     wanted: Sequence[Competitor],
     bench: _Bench,
     small: _Bench,
-    whole: Child,
-    part: Child,
+    whole: FilterProcess,
+    part: FilterProcess,
     pool: ThreadPoolExecutor,
     steps: _Steps,
 ) -> tuple[list[tuple[Row, _Estimated | None]], tuple[Curve, ...]]:
@@ -344,7 +344,7 @@ def _run(
     sweeps = [pool.submit(_swept, part, each, small, steps) for each in wanted]
     judge = small if bench.once else bench
     given = judge.estimated(judge.given.vertices, judge.perturbed) if bench.has_estimates else None
-    untouched = replace(_row(None, bench, Ran(V, {}, math.nan), given), power=small.power(small.given.vertices))
+    untouched = replace(_row(None, bench, FilterRun(V, {}, math.nan), given), power=small.power(small.given.vertices))
     rows: list[tuple[Row, _Estimated | None]] = [(untouched, given)]
     for each, ran, (repeated, sampled) in zip(wanted, first, pending, strict=True):
         again = [] if repeated is None else repeated.result()
@@ -369,7 +369,7 @@ def _run(
     return rows, tuple(curve for curve in curves if curve is not None)
 
 
-def _tried(child: Child, competitor: Competitor, vertices: Floats, steps: _Steps) -> Ran | str:
+def _tried(child: FilterProcess, competitor: Competitor, vertices: Floats, steps: _Steps) -> FilterRun | str:
     """A run, or why it failed."""
     try:
         ran = child.run(vertices, competitor.filter, competitor.parameters, competitor.times)
@@ -381,7 +381,7 @@ def _tried(child: Child, competitor: Competitor, vertices: Floats, steps: _Steps
         steps.done(1)
 
 
-def _held(competitor: Competitor, ran: Ran) -> Competitor:
+def _held(competitor: Competitor, ran: FilterRun) -> Competitor:
     """The filter with what it chose by itself given as parameters, as far as it has those."""
     if not competitor.holds:
         return competitor
@@ -403,7 +403,7 @@ def _on_part(competitor: Competitor, bench: _Bench) -> Competitor:
 
 
 def _repeated(
-    child: Child, competitor: Competitor, ran: Ran | str, bench: _Bench, probes: int, steps: _Steps
+    child: FilterProcess, competitor: Competitor, ran: FilterRun | str, bench: _Bench, probes: int, steps: _Steps
 ) -> list[Floats | None] | str:
     """The runs on perturbed surfaces, at the setting of the run on the surface as given; None where it is not."""
     if isinstance(ran, str):
@@ -425,7 +425,7 @@ def _repeated(
     return [again.vertices if same or not any(agree) else None for again, same in zip(runs, agree, strict=True)]
 
 
-def _agree(competitor: Competitor, a: Ran, b: Ran) -> bool:
+def _agree(competitor: Competitor, a: FilterRun, b: FilterRun) -> bool:
     """Whether a filter chose the same in both runs; numbers may differ as the meshes do."""
     for name in competitor.holds:
         x, y = a.output.get(name), b.output.get(name)
@@ -435,7 +435,9 @@ def _agree(competitor: Competitor, a: Ran, b: Ran) -> bool:
     return True
 
 
-def _sampled(child: Child, competitor: Competitor, ran: Ran | str, small: _Bench, steps: _Steps) -> list[Floats] | str:
+def _sampled(
+    child: FilterProcess, competitor: Competitor, ran: FilterRun | str, small: _Bench, steps: _Steps
+) -> list[Floats] | str:
     """The runs on a part of the mesh, and on the part perturbed."""
     if isinstance(ran, str):
         return ran
@@ -448,7 +450,7 @@ def _sampled(child: Child, competitor: Competitor, ran: Ran | str, small: _Bench
     return results
 
 
-def _swept(child: Child, competitor: Competitor, bench: _Bench, steps: _Steps) -> Curve | None:
+def _swept(child: FilterProcess, competitor: Competitor, bench: _Bench, steps: _Steps) -> Curve | None:
     """A filter over its strengths."""
     if competitor.strength is None:
         return None
@@ -469,7 +471,7 @@ def _swept(child: Child, competitor: Competitor, bench: _Bench, steps: _Steps) -
     return Curve(competitor, tuple(points))
 
 
-def _row(competitor: Competitor | None, bench: _Bench, ran: Ran, estimated: _Estimated | None) -> Row:
+def _row(competitor: Competitor | None, bench: _Bench, ran: FilterRun, estimated: _Estimated | None) -> Row:
     surface = Surface(ran.vertices, bench.given.faces)
     values, colors = bench.full(surface)
     uncertainty = math.nan
