@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from meshlab_specsmooth.batching.summary import BatchSummary
     from meshlab_specsmooth.batching.work import Outcome
     from meshlab_specsmooth.comparison.comparison import Comparison
-    from meshlab_specsmooth.comparison.competitors import Competitor
+    from meshlab_specsmooth.comparison.filter_specs import FilterSpec
     from meshlab_specsmooth.edge_aware import EdgeAwareResult, denoise, smooth_edge_aware
     from meshlab_specsmooth.errors import (
         ClusterError,
@@ -90,7 +90,7 @@ _NAMES = {
         "unregister",
     ),
     "comparison.comparison": ("Comparison",),
-    "comparison.competitors": ("Competitor",),
+    "comparison.filter_specs": ("FilterSpec",),
     "edge_aware": (
         "EdgeAwareResult",
         "denoise",
@@ -141,11 +141,11 @@ __all__ = [
     "BatchSummary",
     "ClusterError",
     "Comparison",
-    "Competitor",
     "EdgeAwareResult",
     "ErrorEstimate",
     "FileError",
     "FilterFailed",
+    "FilterSpec",
     "InvalidParameter",
     "InvalidSurface",
     "InvalidXml",
