@@ -1,11 +1,11 @@
 import numpy as np
 import pymeshlab
 import pytest
-from meshlab_specsmooth.comparison.filter_specs import FilterSpec
 
 import meshlab_specsmooth as mss
 from meshlab_specsmooth.comparison import noise, side_by_side, tables
 from meshlab_specsmooth.comparison.distances import distances
+from meshlab_specsmooth.comparison.filter_specs import FilterSpec
 from meshlab_specsmooth.comparison.metrics import (
     flipped,
     measure_errors,
