@@ -10,7 +10,7 @@ from meshlab_specsmooth.cli.options import add_force, add_input, add_options
 from meshlab_specsmooth.cli.progress import notice
 from meshlab_specsmooth.meshlab import descriptors, files, filters, meshset, precision, scripts
 from meshlab_specsmooth.meshlab.parameters import resolve
-from meshlab_specsmooth.report.window import WEIGHTS, Setting, tune
+from meshlab_specsmooth.report.window import WEIGHTS, Sliders, tune
 from meshlab_specsmooth.smoothing.api import DEFAULT_WAVELENGTH_IN_EDGES, SmoothingResult, prepare
 from meshlab_specsmooth.spectral.response import name_of
 
@@ -55,19 +55,19 @@ def run(arguments: argparse.Namespace) -> None:
     least, most = WEIGHTS
     chosen = prepared.smooth()
     weight, response = min(max(chosen.barycenter_weight, least), most), name_of(chosen.response)
-    first = Setting(DEFAULT_WAVELENGTH_IN_EDGES, weight, response, 1.0 if features is not None else 0.0)
+    first = Sliders(DEFAULT_WAVELENGTH_IN_EDGES, weight, response, 1.0 if features is not None else 0.0)
 
-    def save_mesh(setting: Setting, result: SmoothingResult) -> str:
+    def save_mesh(setting: Sliders, result: SmoothingResult) -> str:
         changed = files.read(source)
         meshset.push(changed, result.vertices)
         return "; ".join([f"saved {out}", *files.write(changed, out, source=source).notices])
 
-    def save_script(setting: Setting, result: SmoothingResult) -> str:
+    def save_script(setting: Sliders, result: SmoothingResult) -> str:
         step = scripts.step_of(_DESCRIPTOR, resolve(_DESCRIPTOR, parameters(setting, result, arguments.features), ms))
         files.write_text(script, scripts.text_of([step]))
         return f"saved {script}"
 
-    def print_call(setting: Setting, result: SmoothingResult) -> str:
+    def print_call(setting: Sliders, result: SmoothingResult) -> str:
         text = call(parameters(setting, result, arguments.features))
         print(text, flush=True)
         return text
@@ -78,7 +78,7 @@ def run(arguments: argparse.Namespace) -> None:
         print(f"picture: {arguments.screenshot}")
 
 
-def parameters(setting: Setting, result: SmoothingResult, features: str) -> dict[str, Any]:
+def parameters(setting: Sliders, result: SmoothingResult, features: str) -> dict[str, Any]:
     """The filter's parameters where the sliders stand."""
     given = {"wavelength": result.wavelength, "barycenter_weight": setting.weight, "response": setting.response}
     return given if features == "none" else given | {"features": features, "feature_gain": setting.gain}

@@ -205,9 +205,7 @@ FILTER_SPECS = {
             "apply_coord_spectral_smoothing",
             {"modes": 200, "barycenter_weight": 1.0},
             strength=Strength("modes", (50, 200, 0.1)),
-            notes=(
-                "The paper's only parameter is the number of modes; the strength depends on the fixed weight.",
-            ),
+            notes=("The paper's only parameter is the number of modes; the strength depends on the fixed weight.",),
             key="paper",
         ),
         FilterSpec(
