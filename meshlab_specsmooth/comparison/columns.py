@@ -119,7 +119,7 @@ MEASURES = {
         Measure("dihedral", "dihedral", "degrees", "Mean angle between the normals of neighboring faces.", "", 2),
         Measure(
             "quality",
-            "triangles",
+            "triangle quality",
             "",
             "Mean of 2 r / R, with r the inscribed and R the circumscribed radius of each face: 1 if equilateral.",
             "high",

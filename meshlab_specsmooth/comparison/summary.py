@@ -168,7 +168,7 @@ def _compare_with_others(found: Ranking) -> Iterable[str]:
         whose = "MeshLab's best filter" if best.ours else "The best filter of this package"
         difference = " (tied)" if rival in found.tied else _format_excess(found, rival)
         error = format_estimated_error(rival, with_uncertainty=False)
-        yield f"{whose} at its defaults, {rival.name}, has {error}{difference}."
+        yield f"{whose} at its defaults, {rival.name}, has an estimated error of {error}{difference}."
     tuned = next((pair for pair in found.tuned if not pair[0].spec.ours), None)
     if tuned is not None and best.ours:
         point = tuned[1]
@@ -177,7 +177,7 @@ def _compare_with_others(found: Ranking) -> Iterable[str]:
             seconds = point.values.get("seconds", math.nan)
             difference = f" (tied{_format_speedup(seconds, best) if found.sample is None else ''})"
         error = format_estimate(point.values["estimated_error"], point.uncertainty, with_uncertainty=False)
-        yield f"With its strength tuned, MeshLab's best has {error}{difference}: {point.call}."
+        yield f"MeshLab's best with its strength tuned has an estimated error of {error}{difference}: {point.call}."
 
 
 def _compare_with_truth(found: Ranking, best: Row) -> Iterable[str]:
