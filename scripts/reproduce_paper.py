@@ -28,11 +28,12 @@ from meshlab_specsmooth.comparison.metrics import normal_error  # noqa: E402
 from meshlab_specsmooth.comparison.noise import gaussian  # noqa: E402
 from meshlab_specsmooth.comparison.side_by_side import run_side_by_side  # noqa: E402
 from meshlab_specsmooth.geometry.surface import Surface, face_vectors  # noqa: E402
-from meshlab_specsmooth.meshlab import files, meshset  # noqa: E402
+from meshlab_specsmooth.meshlab import mesh_files, meshset  # noqa: E402
 from meshlab_specsmooth.report.pictures import Panel, front, picture  # noqa: E402
+from meshlab_specsmooth.runtime import atomic  # noqa: E402
 from meshlab_specsmooth.spectral import eigenbasis  # noqa: E402
 from meshlab_specsmooth.spectral.chebyshev import approximate  # noqa: E402
-from meshlab_specsmooth.spectral.density import measure  # noqa: E402
+from meshlab_specsmooth.spectral.density import estimate_density  # noqa: E402
 from meshlab_specsmooth.spectral.response import ideal  # noqa: E402
 
 KEPT = 200  # the paper's f_a
@@ -78,10 +79,10 @@ HEADER = "| | normals, degrees | vertices, edges (RMS) | volume, % | distortion 
 
 def bunny(vertices: "int | None" = None) -> Surface:
     """Return the bunny, or a coarser one with about this number of vertices."""
-    ms = files.read(files.sample("bunny.obj"))
+    ms = mesh_files.read(mesh_files.sample("bunny.obj"))
     if vertices is not None:
         ms.meshing_decimation_quadric_edge_collapse(targetfacenum=2 * vertices, preservetopology=True)
-    return Surface(*meshset.pull(ms))
+    return Surface(*meshset.get_arrays(ms))
 
 
 def roundness(surface: Surface) -> np.ndarray:
@@ -103,11 +104,11 @@ def table(truth: Surface, noisy: np.ndarray) -> "dict[str, PaperRow]":
 
 def coefficients(surface: Surface) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return eigenvalues and the magnitudes of the spectral coefficients of Cartesian and differential coordinates."""
-    prepared = mss.prepare(surface.vertices, surface.faces)
-    S, root = prepared.L.graph.symmetric_laplacian(), np.sqrt(prepared.L.degree)
-    basis = eigenbasis.complete(S)
-    X = prepared.positions
-    magnitudes = [np.linalg.norm(basis.vectors.T @ (root * Y), axis=1) for Y in (X, prepared.L @ X)]
+    ops = mss.assemble(surface.vertices, surface.faces)
+    S, root = ops.L.graph.symmetric_laplacian(), np.sqrt(ops.L.degree)
+    basis = eigenbasis.full(S)
+    X = ops.positions
+    magnitudes = [np.linalg.norm(basis.vectors.T @ (root * Y), axis=1) for Y in (X, ops.L @ X)]
     return basis.eigenvalues, magnitudes[0], magnitudes[1]
 
 
@@ -136,8 +137,7 @@ def figure_1(out: Path, coarse: Surface, noisy: np.ndarray) -> None:
 
 def figure_2(out: Path, coarse: Surface, kept: Sequence[int]) -> None:
     """The low-pass responses for several f_a, ideal and as approximated by the polynomial."""
-    prepared = mss.prepare(coarse.vertices, coarse.faces)
-    modes = measure(prepared.L)
+    modes = estimate_density(mss.assemble(coarse.vertices, coarse.faces).L)
     figure = Figure(figsize=(7, 4), dpi=120, layout="constrained")
     axes = figure.subplots()
     for k, color in zip(kept, ("C0", "C1", "C2", "C3"), strict=True):
@@ -159,10 +159,10 @@ MODES, WEIGHTS = (50, 200, 800), (1.0, 0.5, 0.3, 0.2)
 
 def sweep(truth: Surface, noisy: np.ndarray) -> np.ndarray:
     """Return normal errors in degrees, a row for each number of modes and a column for each weight."""
-    prepared = mss.prepare(noisy, truth.faces)
+    ops = mss.assemble(noisy, truth.faces)
 
     def error(modes: int, weight: float) -> float:
-        result = prepared.smooth(modes=modes, barycenter_weight=weight)
+        result = mss.smooth(ops, modes=modes, barycenter_weight=weight)
         return normal_error(Surface(result.vertices, truth.faces), truth)
 
     return np.array([[error(modes, weight) for weight in WEIGHTS] for modes in MODES])
@@ -282,7 +282,7 @@ def main() -> None:
         panels += [Panel(row.name.replace(", ", "\n", 1), row.surface) for row in rows.values()]
         picture(out / f"table1_{n}_vertices.png", panels, [front(truth)])
     text = write_page(sizes)
-    files.write_text(out / "paper.md", text)
+    atomic.write_text(out / "paper.md", text)
     print(text)
     print(f"written: {', '.join(sorted(str(path) for path in out.iterdir()))}")
 

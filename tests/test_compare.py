@@ -20,9 +20,9 @@ from meshlab_specsmooth.meshlab import meshset, projects
 from meshlab_specsmooth.meshlab.descriptors import Length
 from meshlab_specsmooth.meshlab.filters import FILTERS
 from meshlab_specsmooth.meshlab.measures import hausdorff, self_intersecting_faces
+from meshlab_specsmooth.operators.assemble import assemble_surface
 from meshlab_specsmooth.report import bars, export, page, page_tables, palette, panels, plots, project_layers
 from meshlab_specsmooth.report import compared as report
-from meshlab_specsmooth.smoothing.api import assemble
 from tests.meshes import rough, sheet, together, torus
 
 CLEAN = mss.Surface(*torus(60, 40))
@@ -74,7 +74,7 @@ def test_faces_that_run_through_others_are_counted():
 
 def context_of(reference, given=None):
     given = reference if given is None else given
-    return MeasureContext.of(reference, given, assemble(given.vertices, given.faces, "uniform"))
+    return MeasureContext.of(reference, given, assemble_surface(given))
 
 
 @pytest.mark.parametrize("level", [0.1, 0.3])
@@ -259,7 +259,7 @@ def test_estimated_errors_are_near_the_true_ones_and_rank_alike(found):
 def test_for_correlated_noise_there_is_no_choice_without_the_truth():
     V, F = torus(120, 80)
     context = context_of(mss.Surface(V, F))
-    shared = context.average(np.random.default_rng(3).standard_normal((len(V), 1)), 4)
+    shared = context.average(np.random.default_rng(3).standard_normal(V.shape), 4)[:, :1]
     X = V + 0.3 * context.edge / shared.std() * shared * context.normals
     blind = mss.compare((X, F), filters=["umbrella", "taubin"])
     assert (blind.noise.kind, blind.trusted) == ("correlated", False)

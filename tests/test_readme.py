@@ -14,7 +14,7 @@ from meshlab_specsmooth.comparison.filter_specs import DEMO
 from meshlab_specsmooth.comparison.noise import gaussian
 from meshlab_specsmooth.comparison.side_by_side import COLUMNS, run_side_by_side
 from meshlab_specsmooth.comparison.tables import format_rows
-from meshlab_specsmooth.meshlab import files, meshset
+from meshlab_specsmooth.meshlab import mesh_files, meshset
 
 README = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
 
@@ -53,7 +53,7 @@ def test_the_table_is_what_the_demo_gives():
     parser = ArgumentParser()
     demo.add_arguments(parser)
     defaults = parser.parse_args([])
-    truth = mss.Surface(*meshset.pull(files.read(files.sample("bunny.obj"))))
+    truth = mss.Surface(*meshset.get_arrays(mesh_files.read(mesh_files.sample("bunny.obj"))))
     rows = run_side_by_side(truth, gaussian(truth, defaults.noise, defaults.seed), DEMO)
     (said,) = re.findall(r"```text\n(.*?)```", README, re.DOTALL)
     headings, said_rows = cells(said)

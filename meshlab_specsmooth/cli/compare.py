@@ -11,7 +11,7 @@ from meshlab_specsmooth.cli.options import add_overwrite, add_seed, noise_level
 from meshlab_specsmooth.cli.progress import bar, notice
 from meshlab_specsmooth.comparison.filter_specs import DEFAULT, FILTER_SPECS, select_filters
 from meshlab_specsmooth.errors import InvalidParameter, MissingExtra
-from meshlab_specsmooth.meshlab import files, meshset, precision
+from meshlab_specsmooth.meshlab import mesh_files, meshset, precision
 from meshlab_specsmooth.report import export
 from meshlab_specsmooth.report.compared import compare
 
@@ -58,16 +58,16 @@ def run(arguments: argparse.Namespace) -> None:
     if not arguments.overwrite:
         inputs = [each for each in (arguments.mesh, arguments.ground_truth) if each is not None]
         export.check_inputs(arguments.out, inputs, [each.name for each in specs])
-    ms = files.read(arguments.mesh)
+    ms = mesh_files.read(arguments.mesh)
     say_rounding(ms, arguments.mesh)
-    precision.check_drawable(meshset.pull(ms)[0], arguments.mesh)
+    precision.check_drawable(meshset.get_arrays(ms)[0], arguments.mesh)
     has_extra = True
     try:
         export.check_extra()
     except MissingExtra as error:  # the other files do not need it
         notice(f"{error}; without it there are the project and the figures")
         has_extra = False
-    truth = None if arguments.ground_truth is None else files.read(arguments.ground_truth)
+    truth = None if arguments.ground_truth is None else mesh_files.read(arguments.ground_truth)
     with bar("comparing") as progress:
         found = compare(
             ms,

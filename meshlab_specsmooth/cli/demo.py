@@ -17,8 +17,9 @@ from meshlab_specsmooth.comparison.side_by_side import COLUMNS, run_side_by_side
 from meshlab_specsmooth.comparison.summary import explain_paper_setting
 from meshlab_specsmooth.comparison.tables import format_rows
 from meshlab_specsmooth.geometry.surface import Surface
-from meshlab_specsmooth.meshlab import files, meshset
+from meshlab_specsmooth.meshlab import mesh_files, meshset
 from meshlab_specsmooth.report.pictures import Panel, View, close_up, front, picture
+from meshlab_specsmooth.runtime import atomic
 from meshlab_specsmooth.runtime.folders import ensure_folder
 from meshlab_specsmooth.smoothing.api import smooth
 
@@ -46,14 +47,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Smooth the bunny, measure the results, print and draw them."""
     if arguments.scan is not None:
-        files.check_target(arguments.scan)
+        mesh_files.check_target(arguments.scan)
         _, noisy = _bunny(arguments)
-        files.write(meshset.new(noisy.vertices, noisy.faces), arguments.scan)
+        mesh_files.write(meshset.new(noisy.vertices, noisy.faces), arguments.scan)
         return
     out = Path(arguments.out)
     ensure_folder(out)
     for name in ("table.txt", "bunny.png"):
-        files.check_place(out / name)
+        atomic.check_place(out / name)
     truth, noisy = _bunny(arguments)
     # a first call, so that one-time loading and compilation are not timed
     smooth(truth.vertices, truth.faces, modes=200)
@@ -71,7 +72,7 @@ def run(arguments: argparse.Namespace) -> None:
         f"{arguments.seed}\n\n{format_rows(rows, COLUMNS)}\n\n{calls}\n\n{textwrap.fill(finding, width=100)}"
     )
     print(text)
-    files.write_text(out / "table.txt", text + "\n")
+    atomic.write_text(out / "table.txt", text + "\n")
     panels = [Panel(f"original\n{len(truth.faces)} faces", truth)]
     panels += [
         Panel(f"{row.name}\nnormal error {row.values['normal_error']:.1f} deg", row.surface)
@@ -85,7 +86,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 def _bunny(arguments: argparse.Namespace) -> tuple[Surface, Surface]:
     """The bunny that comes with pymeshlab, without and with noise."""
-    truth = Surface(*meshset.pull(files.read(files.sample("bunny.obj"))))
+    truth = Surface(*meshset.get_arrays(mesh_files.read(mesh_files.sample("bunny.obj"))))
     return truth, Surface(gaussian(truth, arguments.noise, arguments.seed), truth.faces)
 
 

@@ -21,7 +21,7 @@ from meshlab_specsmooth.comparison.runs import PROBES, SWEEP_PROBES, Bench, Step
 from meshlab_specsmooth.errors import InvalidParameter, InvalidSurface
 from meshlab_specsmooth.geometry.surface import LARGEST_EXPONENT_OF_AREAS, Surface, check_extent, mean_edge_length
 from meshlab_specsmooth.isolation.child import Child
-from meshlab_specsmooth.parameters import NOISE_IN_EXTENTS, check_number
+from meshlab_specsmooth.parameters import NOISE_BOUNDS_IN_EXTENTS, check_number
 from meshlab_specsmooth.runtime.progress import Progress
 from meshlab_specsmooth.version import VERSION
 
@@ -75,7 +75,7 @@ def experiment(
     if added is not None:
         if truth is not None:
             raise InvalidParameter("noise and ground_truth are both given; noise is added to a clean mesh")
-        added = check_number("noise", added, *NOISE_IN_EXTENTS)
+        added = check_number("noise", added, *NOISE_BOUNDS_IN_EXTENTS)
         truth, given = given, Surface(noise.gaussian(given, added, seed), given.faces)
     for surface in filter(None, (given, truth)):
         for size in (np.abs(surface.vertices).max(), np.ptp(surface.vertices, axis=0).max()):

@@ -10,8 +10,8 @@ import numpy.typing as npt
 from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.comparison.shape import boundary_edges
 from meshlab_specsmooth.geometry.surface import Surface, face_vectors, mean_edge_length, vertex_normals
-from meshlab_specsmooth.graph.bilaplacian import bilaplacian_row_norms
-from meshlab_specsmooth.smoothing.api import Prepared
+from meshlab_specsmooth.noise.scales import bilaplacian_row_norms, walk
+from meshlab_specsmooth.operators.assemble import Operators
 
 # Steps of the lazy random walk (I + D^-1 A) / 2, which average over about three edges: little noise is left, most of
 # the shape is
@@ -33,7 +33,7 @@ class MeasureContext:
         Results are compared with this: the truth if it has the same faces, else the mesh as given.
     given : Surface
         Input of the filters, with the same faces.
-    operators : Prepared
+    operators : Operators
         Of ``given``, with the uniform Laplacian.
     row_norms : (k,) float64
         Norms of the rows of L^2.
@@ -47,28 +47,28 @@ class MeasureContext:
 
     reference: Surface
     given: Surface
-    operators: Prepared
+    operators: Operators
     row_norms: Floats
     edge: float
     features: npt.NDArray[np.int64]
     normals: Floats
 
     @staticmethod
-    def of(reference: Surface, given: Surface, operators: Prepared) -> MeasureContext:
+    def of(reference: Surface, given: Surface, operators: Operators) -> MeasureContext:
         """Prepare the measures of results that are compared with a reference."""
         averaged = _average(operators, reference.vertices, _AVERAGING_STEPS)
         return MeasureContext(
             reference,
             given,
             operators,
-            bilaplacian_row_norms(operators.L),
+            bilaplacian_row_norms(operators.L)[0],
             mean_edge_length(reference),
             _find_features(reference, averaged, operators),
             vertex_normals(Surface(averaged, reference.faces)),
         )
 
     def average(self, X: Floats, steps: int = _AVERAGING_STEPS) -> Floats:
-        """Return (n, k) values after ``steps`` steps of the lazy random walk (I + D^-1 A) / 2."""
+        """Return (n, 3) values after ``steps`` steps of the lazy random walk (I + D^-1 A) / 2."""
         return _average(self.operators, X, steps)
 
     def noise_left(self, result: Surface) -> float:
@@ -77,7 +77,7 @@ class MeasureContext:
         White noise of standard deviation s along the normals gives s, a smooth shape almost 0 (Donoho, Johnstone,
         *Ideal spatial adaptation by wavelet shrinkage*, 1994, for the median).
         """
-        L, active = self.operators.L, self.operators.moving
+        L, active = self.operators.L, self.operators.active
         along = ((L @ (L @ result.vertices[active])) * self.normals[active]).sum(axis=1)
         norms = np.where(self.row_norms > 0, self.row_norms, 1.0)
         return float(np.median(np.abs(along / norms))) / _MAD_OF_UNIT_NORMAL / self.edge
@@ -101,7 +101,7 @@ class MeasureContext:
 
     def displacement(self, result: Surface) -> float:
         """Root mean square displacement of the vertices from the given mesh, in mean edges."""
-        active = self.operators.moving
+        active = self.operators.active
         squared = ((result.vertices - self.given.vertices) ** 2).sum(axis=1)[active]
         return float(np.sqrt(squared.mean())) / self.edge
 
@@ -115,21 +115,19 @@ class MeasureContext:
         return np.asarray((bending * vertex_normals(Surface(X, result.faces))).sum(axis=1)) / self.edge
 
 
-def _average(operators: Prepared, X: Floats, steps: int) -> Floats:
-    """X after steps of I - L / 2, for vertices with edges; the others keep their values."""
-    Y = X[operators.moving]
-    for _ in range(steps):
-        Y = Y - 0.5 * (operators.L @ Y)
-    if operators.place is None:
+def _average(operators: Operators, X: Floats, steps: int) -> Floats:
+    """(n, 3) values after steps of the lazy random walk; vertices without an edge keep theirs."""
+    Y = walk(operators.L, X.take(operators.active, axis=0), steps)
+    if operators.active_index is None:
         return Y
-    averaged, has_edges = X.copy(), operators.place >= 0
-    averaged[has_edges] = Y[operators.place[has_edges]]
+    averaged, has_edges = X.copy(), operators.active_index >= 0
+    averaged[has_edges] = Y[operators.active_index[has_edges]]
     return averaged
 
 
-def _find_features(surface: Surface, averaged: Floats, operators: Prepared) -> npt.NDArray[np.int64]:
+def _find_features(surface: Surface, averaged: Floats, operators: Operators) -> npt.NDArray[np.int64]:
     """The vertices with the largest |L X|, those on the boundary excluded if there are others."""
-    active = np.sort(operators.moving)
+    active = np.sort(operators.active)
     is_boundary = np.zeros(len(surface.vertices), dtype=np.bool_)
     is_boundary[boundary_edges(surface).ravel()] = True
     inner = active[~is_boundary[active]]

@@ -16,9 +16,9 @@ from meshlab_specsmooth.comparison.measure_context import MeasureContext
 from meshlab_specsmooth.comparison.parts import is_near_cut, restrict
 from meshlab_specsmooth.geometry.surface import Surface
 from meshlab_specsmooth.meshlab.measures import hausdorff, self_intersecting_faces
-from meshlab_specsmooth.noise.estimate import UNCLEAR, Noise
-from meshlab_specsmooth.risk.estimation import PreparedError, prepare_error
-from meshlab_specsmooth.smoothing.api import assemble
+from meshlab_specsmooth.noise.model import UNCLEAR, Noise
+from meshlab_specsmooth.operators.assemble import assemble_surface
+from meshlab_specsmooth.risk.estimate_error import SurfaceProbe, prepare_probe
 from meshlab_specsmooth.spectral.density import band_energies
 
 _BANDS = 40
@@ -42,9 +42,9 @@ class MeasuredMesh:
     corresponds : bool
         Whether the truth has the same faces.
     context : MeasureContext
-    risk : PreparedError
+    risk : SurfaceProbe
         The error estimate at all vertices that have an edge.
-    risk_in_core : PreparedError
+    risk_in_core : SurfaceProbe
         The same for the vertices whose error counts: those far from a cut.
     perturbed : list of (n, 3) float64
         Perturbed vertices, one array a probe; empty where none are needed.
@@ -60,8 +60,8 @@ class MeasuredMesh:
     truth: Surface | None
     corresponds: bool
     context: MeasureContext
-    risk: PreparedError
-    risk_in_core: PreparedError
+    risk: SurfaceProbe
+    risk_in_core: SurfaceProbe
     perturbed: list[Floats]
     noise_given: float
     diagonal_ratio: float = 1.0
@@ -77,10 +77,10 @@ class MeasuredMesh:
             and truth.vertices.shape == given.vertices.shape
             and np.array_equal(truth.faces, given.faces)
         )
-        risk = prepare_error(given.vertices, given.faces, noise=noise, probes=probes)
-        operators = assemble(given.vertices, given.faces, "uniform")
+        operators = assemble_surface(given)
+        risk = prepare_probe(operators, noise=noise, probes=probes)
         context = MeasureContext.of(truth if truth is not None and corresponds else given, given, operators)
-        perturbed = risk.perturbed() if risk.draws.any() and not single_run else []
+        perturbed = risk.perturb() if risk.probe.draws.any() and not single_run else []
         noise_given = context.noise_left(given)
         return MeasuredMesh(
             given, truth, corresponds, context, risk, risk, perturbed, noise_given, single_run=single_run
@@ -109,7 +109,7 @@ class MeasuredMesh:
     def estimate_error(self, result: Floats, perturbed: Sequence[Floats | None]) -> EstimatedError:
         """Estimate the error of a result, (n, 3), from the results of the same filter on the perturbed meshes."""
         found, area = self.risk_in_core.estimate(result, perturbed), self.context.edge**2
-        displacement = float((self.risk_in_core.along_normals(self.given.vertices, result) ** 2).mean())
+        displacement = float((self.risk_in_core.project(self.given.vertices, result) ** 2).mean())
         # the risk is the squared displacement plus a term proportional to the squared level
         level, interval = found.noise.level, found.noise.high - found.noise.low
         level_term = 2 * (found.risk - displacement) * interval / (4 * level) if level > 0 else 0.0
@@ -133,7 +133,7 @@ class MeasuredMesh:
         if metrics.has_volume(context.reference):
             values["volume"] = metrics.volume_change(result, context.reference)
         if self.corresponds and self.truth is not None:
-            along = self.risk_in_core.along_normals(self.truth.vertices, result.vertices)
+            along = self.risk_in_core.project(self.truth.vertices, result.vertices)
             values["true_error"] = float(np.sqrt((along**2).mean())) / context.edge
             values["normal_error"] = metrics.normal_error(result, self.truth)
         return values
@@ -172,7 +172,7 @@ class MeasuredMesh:
     def power(self, vertices: Floats) -> Floats:
         """Return the (b,) energy of the differential coordinates in each band, in squared mean edges."""
         L = self.context.operators.L
-        X = vertices[self.context.operators.moving] / self.context.edge
+        X = vertices[self.context.operators.active] / self.context.edge
         return np.maximum(band_energies(L, L @ (X - X.mean(axis=0)), _ANGLES), 0.0)
 
     def response(self, result: Floats, perturbed: Sequence[Floats | None]) -> Floats | None:
@@ -185,8 +185,8 @@ class MeasuredMesh:
         if not pairs:
             return None
         L = self.context.operators.L
-        g = self.risk.along_normals(self.given.vertices, pairs[0][0])[:, None]
-        r = self.risk.along_normals(result, pairs[0][1])[:, None]
+        g = self.risk.project(self.given.vertices, pairs[0][0])[:, None]
+        r = self.risk.project(result, pairs[0][1])[:, None]
         scale = float(np.abs(g).max())
         g, r = g / scale, r / scale
         plus, minus, energy = (band_energies(L, X, _ANGLES) for X in (g + r, g - r, g))
@@ -195,9 +195,7 @@ class MeasuredMesh:
         return np.where(is_known, (plus - minus) / (4 * np.where(is_known, energy, 1.0)), np.nan)
 
 
-def _restrict_risk(risk: PreparedError, counted: Booleans) -> PreparedError:
+def _restrict_risk(risk: SurfaceProbe, counted: Booleans) -> SurfaceProbe:
     """The error estimate for some vertices, (n,) bool, or for all if none of these has an edge."""
-    kept = counted[risk.moving]
-    if not kept.any():
-        return risk
-    return replace(risk, moving=risk.moving[kept], normals=risk.normals[kept], draws=risk.draws[kept])
+    kept = counted[risk.ops.active]
+    return replace(risk, probe=replace(risk.probe, counted=kept)) if kept.any() else risk

@@ -12,7 +12,7 @@ from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.comparison.columns import MEASURES, Measure
 from meshlab_specsmooth.comparison.rows import Curve, Point, Row
 from meshlab_specsmooth.geometry.surface import Surface
-from meshlab_specsmooth.noise.estimate import CORRELATED, IMPULSE, NONE, UNCLEAR, Noise
+from meshlab_specsmooth.noise.model import CORRELATED, IMPULSE, NONE, UNCLEAR, Noise
 
 # Two estimated errors are tied if they differ by less than this many standard errors of the difference, or by less than
 # this fraction

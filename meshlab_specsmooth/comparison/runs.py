@@ -189,7 +189,7 @@ def with_chosen(spec: FilterSpec, ran: Ran) -> FilterSpec:
 def _for_part(spec: FilterSpec, mesh: MeasuredMesh) -> FilterSpec:
     """The filter for a part of a mesh: lengths that are fractions of the diagonal refer to the whole."""
     parameters = {
-        name: Length(value.share * mesh.diagonal_ratio) if isinstance(value, Length) else value
+        name: Length(value.fraction * mesh.diagonal_ratio) if isinstance(value, Length) else value
         for name, value in spec.parameters.items()
     }
     return replace(spec, parameters=parameters)

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from meshlab_specsmooth.comparison.columns import MEASURES, format_estimate, format_number, is_bound
 from meshlab_specsmooth.comparison.ranking import TIE_FRACTION, Ranking
 from meshlab_specsmooth.comparison.rows import Point, Row, format_estimated_error
-from meshlab_specsmooth.noise.estimate import CORRELATED, IMPULSE, NONE, UNCLEAR, Noise
+from meshlab_specsmooth.noise.model import CORRELATED, IMPULSE, NONE, UNCLEAR, Noise
 
 # Kinds of noise for which the error estimate is not valid
 _INVALID = {

@@ -13,10 +13,11 @@ from typing import Any
 from meshlab_specsmooth.comparison.comparison import Comparison
 from meshlab_specsmooth.comparison.tables import text_table
 from meshlab_specsmooth.errors import InvalidParameter, MissingExtra
-from meshlab_specsmooth.meshlab import files, projects
+from meshlab_specsmooth.meshlab import projects
 from meshlab_specsmooth.report.page import make_page
 from meshlab_specsmooth.report.project_layers import layer_file, make_layers
 from meshlab_specsmooth.report.shapes import GIVEN, MAX_DRAWN, TRUTH
+from meshlab_specsmooth.runtime import atomic
 from meshlab_specsmooth.runtime.folders import ensure_folder
 
 
@@ -55,11 +56,11 @@ def write(
     """
     written = output_paths(folder) if with_page else output_paths(folder)[:-1]
     with _ensured(folder):
-        files.write_text(written[0], summarize(found))
-        files.write_text(written[1], json.dumps(data_of(found), indent=1) + "\n")
+        atomic.write_text(written[0], summarize(found))
+        atomic.write_text(written[1], json.dumps(data_of(found), indent=1) + "\n")
         projects.write(written[2], make_layers(found))
         if with_page:
-            files.write_text(written[3], make_page(found, recipe, max_drawn))
+            atomic.write_text(written[3], make_page(found, recipe, max_drawn))
     return written
 
 
@@ -108,7 +109,7 @@ def _ensured(folder: str | os.PathLike[str], is_kept: bool = True) -> Iterator[N
     is_done = False
     try:
         ensure_folder(path)
-        files.check_place(output_paths(path)[-1])
+        atomic.check_place(output_paths(path)[-1])
         yield
         is_done = True
     finally:

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from meshlab_specsmooth.comparison.comparison import Comparison
 from meshlab_specsmooth.comparison.ranking import Ranking
 from meshlab_specsmooth.errors import MissingExtra
-from meshlab_specsmooth.noise.estimate import NONE, UNCLEAR
+from meshlab_specsmooth.noise.model import NONE, UNCLEAR
 from meshlab_specsmooth.report import bars, page_tables, palette, plots
 from meshlab_specsmooth.report.panels import make_panels
 from meshlab_specsmooth.report.scene import make_scene

@@ -11,10 +11,13 @@ from typing import Any, cast
 import numpy as np
 
 from meshlab_specsmooth.arrays import Floats
-from meshlab_specsmooth.choices import Response
+from meshlab_specsmooth.choices import ResponseName
 from meshlab_specsmooth.errors import MissingExtra, NoDisplay
-from meshlab_specsmooth.meshlab import files
-from meshlab_specsmooth.smoothing.api import Prepared, SmoothingResult
+from meshlab_specsmooth.operators.assemble import Operators
+from meshlab_specsmooth.runtime import atomic
+from meshlab_specsmooth.runtime.workspace import Workspace
+from meshlab_specsmooth.smoothing.api import smooth
+from meshlab_specsmooth.smoothing.result import SmoothingResult
 from meshlab_specsmooth.spectral.response import RESPONSES
 
 # Ranges of the sliders: wavelengths in mean edges and weights, both logarithmic, and gains
@@ -49,22 +52,28 @@ Action = Callable[[Sliders, SmoothingResult], str]
 
 
 def smooth_at(
-    prepared: Prepared, setting: Sliders, features: Floats | None = None, start: SmoothingResult | None = None
+    ops: Operators,
+    setting: Sliders,
+    features: Floats | None = None,
+    start: SmoothingResult | None = None,
+    workspace: Workspace | None = None,
 ) -> SmoothingResult:
     """Return the result at a setting; ``start``, the result of a similar setting, makes it faster."""
-    edge = float(np.ldexp(prepared.mean_edge, prepared.exponent))
-    return prepared.smooth(
+    edge = float(np.ldexp(ops.mean_edge, ops.exponent))
+    return smooth(
+        ops,
         wavelength=setting.wavelength * edge,
         barycenter_weight=setting.weight,
-        response=cast(Response, setting.response),  # one of RESPONSES
+        response=cast(ResponseName, setting.response),  # one of RESPONSES
         features=features,
         feature_gain=setting.gain,
         start=start,
+        workspace=workspace,
     )
 
 
 def tune(
-    prepared: Prepared,
+    ops: Operators,
     setting: Sliders,
     actions: Mapping[str, Action],
     *,
@@ -95,12 +104,12 @@ def tune(
     polyscope.set_ground_plane_mode("none")
     polyscope.init()
     try:
-        frame = _frame(polyscope, prepared, setting, actions, features)
+        frame = _frame(polyscope, ops, setting, actions, features)
         polyscope.set_user_callback(frame)
         if screenshot is None:
             polyscope.show()
         else:
-            with files.replacing(screenshot) as part:
+            with atomic.atomic_write(screenshot) as part:
                 polyscope.screenshot(str(part), transparent_bg=False, include_UI=True)
     finally:
         polyscope.clear_user_callback()
@@ -108,11 +117,12 @@ def tune(
 
 
 def _frame(
-    polyscope: Any, prepared: Prepared, setting: Sliders, actions: Mapping[str, Action], features: Floats | None
+    polyscope: Any, ops: Operators, setting: Sliders, actions: Mapping[str, Action], features: Floats | None
 ) -> Callable[[], None]:
     """Return the callback for each frame, which draws the sliders and updates the surface."""
-    result = smooth_at(prepared, setting, features)
-    mesh = polyscope.register_surface_mesh(_NAME, result.vertices, prepared.surface.faces, color=_COLOR)
+    workspace = Workspace()
+    result = smooth_at(ops, setting, features, workspace=workspace)
+    mesh = polyscope.register_surface_mesh(_NAME, result.vertices, ops.surface.faces, color=_COLOR)
     mesh.set_smooth_shade(False)
     is_given_shown = False
     message = ""
@@ -122,10 +132,10 @@ def _frame(
         wanted = draw_sliders(polyscope.imgui, setting, with_gain=features is not None)
         has_moved = wanted != setting
         if has_moved:
-            setting, result = wanted, smooth_at(prepared, wanted, features, result)
+            setting, result = wanted, smooth_at(ops, wanted, features, result, workspace)
         has_switched, is_given_shown = polyscope.imgui.Checkbox("as given", is_given_shown)
         if has_moved or has_switched:
-            mesh.update_vertex_positions(prepared.surface.vertices if is_given_shown else result.vertices)
+            mesh.update_vertex_positions(ops.surface.vertices if is_given_shown else result.vertices)
         polyscope.imgui.TextUnformatted(describe_result(result))
         for label, action in actions.items():
             if polyscope.imgui.Button(label):
