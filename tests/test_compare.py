@@ -578,7 +578,7 @@ def test_a_failure_leaves_no_empty_folder(found, tmp_path, monkeypatch):
     def full(*_):
         raise mss.FileError("no space left")
 
-    monkeypatch.setattr(export.files, "write_text", full)
+    monkeypatch.setattr(export.atomic, "write_text", full)
     with pytest.raises(mss.FileError, match="no space left"):
         export.write(found, tmp_path / "a" / "b")
     assert not (tmp_path / "a").exists()
