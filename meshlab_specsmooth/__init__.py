@@ -68,6 +68,7 @@ if TYPE_CHECKING:
     from meshlab_specsmooth.report.compared import compare
     from meshlab_specsmooth.risk.estimate_error import ErrorEstimate, estimate_error, estimate_noise
     from meshlab_specsmooth.runtime.bars import show_progress
+    from meshlab_specsmooth.runtime.workspace import Workspace
     from meshlab_specsmooth.smoothing.api import choose, enhance, low_pass, smooth
     from meshlab_specsmooth.smoothing.choice import Choice, ConsideredSetting
     from meshlab_specsmooth.smoothing.result import SmoothingResult
@@ -129,6 +130,7 @@ _NAMES = {
     "noise.model": ("Noise",),
     "operators.assemble": ("Operators", "assemble"),
     "report.compared": ("compare",),
+    "runtime.workspace": ("Workspace",),
     "smoothing.api": ("choose", "enhance", "low_pass", "smooth"),
     "smoothing.choice": ("Choice", "ConsideredSetting"),
     "smoothing.result": ("SmoothingResult",),
@@ -186,6 +188,7 @@ __all__ = [
     "Spectrum",
     "Surface",
     "TooLarge",
+    "Workspace",
     "__version__",
     "apply_coord_edge_aware_smoothing",
     "apply_coord_spectral_denoising",

@@ -27,7 +27,7 @@ NAMES = {
     "Mesh": "adapters",
     "Floats": "arrays",
     "Progress": "runtime.progress",
-    "Workspace": "runtime.blocks",
+    "Workspace": "runtime.workspace",
     "Family": "spectral.response",
     "Response": "spectral.response",
     "CutoffResponse": "spectral.low_pass",

@@ -6,18 +6,19 @@ import os
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
 from meshlab_specsmooth.arrays import Floats
-from meshlab_specsmooth.choices import ResponseName
 from meshlab_specsmooth.errors import MissingExtra, NoDisplay
 from meshlab_specsmooth.operators.assemble import Operators
 from meshlab_specsmooth.runtime import atomic
 from meshlab_specsmooth.runtime.workspace import Workspace
-from meshlab_specsmooth.smoothing.api import smooth
+from meshlab_specsmooth.smoothing.filter import smooth_by_setting
 from meshlab_specsmooth.smoothing.result import SmoothingResult
+from meshlab_specsmooth.smoothing.settings import Region, Smoothing
+from meshlab_specsmooth.spectral.low_pass import LOW_PASSES
 from meshlab_specsmooth.spectral.response import RESPONSES
 
 # Ranges of the sliders: wavelengths in mean edges and weights, both logarithmic, and gains
@@ -60,16 +61,10 @@ def smooth_at(
 ) -> SmoothingResult:
     """Return the result at a setting; ``start``, the result of a similar setting, makes it faster."""
     edge = float(np.ldexp(ops.mean_edge, ops.exponent))
-    return smooth(
-        ops,
-        wavelength=setting.wavelength * edge,
-        barycenter_weight=setting.weight,
-        response=cast(ResponseName, setting.response),  # one of RESPONSES
-        features=features,
-        feature_gain=setting.gain,
-        start=start,
-        workspace=workspace,
-    )
+    low_pass = LOW_PASSES[setting.response](wavelength=setting.wavelength * edge)
+    given = Smoothing(low_pass=low_pass, barycenter_weight=setting.weight)
+    region = Region(features=features, feature_gain=setting.gain)
+    return smooth_by_setting(ops, given, region, start=start, workspace=workspace)
 
 
 def tune(

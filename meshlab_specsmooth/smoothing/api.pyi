@@ -13,8 +13,8 @@ from meshlab_specsmooth.choices import (
     ModeCount,
     ResponseName,
 )
-from meshlab_specsmooth.runtime.blocks import Workspace
 from meshlab_specsmooth.runtime.progress import Progress
+from meshlab_specsmooth.runtime.workspace import Workspace
 from meshlab_specsmooth.smoothing.choice import Choice
 from meshlab_specsmooth.smoothing.result import SmoothingResult
 from meshlab_specsmooth.smoothing.settings import Enhancement, LowPass, Region, Smoothing
