@@ -105,7 +105,7 @@ def made_pairs(vertices: int, only: "Sequence[str] | None") -> "Iterator[Pair]":
 
 
 def warm_up() -> None:
-    """Load what is loaded once: compiled code, threads."""
+    """Make a first call, so that one-time loading and compilation are not timed."""
     noisy, _ = pairs.make("torus_gaussian_0.3", 1500)
     mss.smooth(noisy.vertices, noisy.faces, modes=20)
 

@@ -86,7 +86,7 @@ def given_parameters(
 
 
 def _length(text: str) -> float | Length:
-    """A plain number is in mesh units, a number with a per-cent sign a share of the bounding-box diagonal."""
+    """A plain number is in mesh units, a number with a per-cent sign is relative to the bounding-box diagonal."""
     if text.endswith("%"):
         return Length(float(text[:-1]) / 100)
     return float(text)
