@@ -77,10 +77,14 @@ def is_failure(outcome: str) -> bool:
 
 
 def outcomes(seed: int, calls: int, until: float) -> Iterator[tuple[int, str]]:
-from meshlab_specsmooth.isolation.worker import Worker, WorkerFailed, serve
-
-TIMEOUT = 60.0  # seconds per call
-# Fields that may be NaN: for open surfaces, single probes, given settings
+    """Yield the number and the outcome of each call; the calls run in worker processes, which may crash."""
+    with Worker([sys.executable, __file__, "--worker", "--seed", str(seed)]) as worker:
+        for number in itertools.takewhile(lambda _: time.perf_counter() < until, range(calls)):
+            try:
+                outcome = worker.ask(number, TIMEOUT)
+            except WorkerFailed as error:
+                outcome = f"FAILURE: the process {error}"
+            yield number, outcome
 
 
 def run_call(call: Call, show: bool = False) -> str:

@@ -14,7 +14,7 @@ from meshlab_specsmooth.batching.inputs import sources
 from meshlab_specsmooth.batching.record import NOT_RUN, Outcome
 from meshlab_specsmooth.batching.summary import BatchSummary
 from meshlab_specsmooth.batching.work import Job, failure
-from meshlab_specsmooth.errors import FileError, InvalidParameter
+from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.meshlab import descriptors
 from meshlab_specsmooth.meshlab.filters import FILTERS
 from meshlab_specsmooth.meshlab.isolated_filter import encode_argument
@@ -31,6 +31,7 @@ from meshlab_specsmooth.parameters import (
 from meshlab_specsmooth.report import contact_sheet
 from meshlab_specsmooth.runtime import backend
 from meshlab_specsmooth.runtime.bars import begin
+from meshlab_specsmooth.runtime.folders import ensure_folder
 from meshlab_specsmooth.runtime.progress import Progress
 
 #: The filter of ``specsmooth smooth``.
@@ -139,7 +140,7 @@ def batch(
     found = sources(paths, out, ending)
     folder = Path(out).absolute()
     for place in sorted({str(folder), *(os.path.dirname(source.output) for source in found)}):  # noqa: PTH120
-        _make(Path(place))
+        ensure_folder(Path(place))
     if scheduler is None:
         # the warning of a process would not be seen
         backend.is_compiled(max((source.size for source in found), default=0) // _BYTES_PER_VERTEX)
@@ -174,10 +175,3 @@ def batch(
         whole = summary(contact_sheet.draw_apart(folder, there))
         whole.write(folder)
     return whole
-
-
-def _make(folder: Path) -> None:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise FileError(f"{folder}: cannot be created: {error.strerror}") from error
