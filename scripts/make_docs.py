@@ -1,11 +1,15 @@
 #!/usr/bin/env python3
-"""Write what is made from the descriptors: docs/filters.md, every filter and parameter, and the filters' types.
+"""Write the documents that are made from the code and the descriptors.
+
+docs/filters.md (every filter and parameter), the types of the filters, docs/architecture.md and docs/architecture.svg.
 
 python3 scripts/make_docs.py
 """
 
 import textwrap
+from pathlib import Path
 
+import architecture
 import bootstrap
 
 bootstrap.enter("demo")
@@ -104,6 +108,17 @@ def quoted(text: str) -> str:
     return f'"{text}"'
 
 
+def documents() -> dict[Path, str]:
+    """The text of each file."""
+    docs = bootstrap.ROOT / "docs"
+    return {
+        docs / "filters.md": page(),
+        docs / "architecture.md": architecture.page(),
+        docs / "architecture.svg": architecture.drawing(),
+        bootstrap.ROOT / "meshlab_specsmooth" / "meshlab" / "signatures.pyi": stub(),
+    }
+
+
 if __name__ == "__main__":
-    (bootstrap.ROOT / "docs" / "filters.md").write_text(page(), encoding="utf-8")
-    (bootstrap.ROOT / "meshlab_specsmooth" / "meshlab" / "signatures.pyi").write_text(stub(), encoding="utf-8")
+    for file, text in documents().items():
+        file.write_text(text, encoding="utf-8")

@@ -54,15 +54,15 @@ def apply_coord_edge_aware_smoothing(
         How often normals are filtered and vertices follow. 0: chosen by estimated error.
     start : auto | given | smoothed, default auto
         What the first pass filters: the surface as given, for hard edges, or the isotropically smoothed one,
-        for organic shapes. auto: chosen by estimated error; as given where strength, range sigma and iterations are
-        given.
+        for organic shapes. auto: chosen by estimated error; as given where strength, range sigma and iterations
+        are given.
     barycenter_weight : float in [0, 1000], default 0.0
         How firmly the isotropic filter, which the first pass is guided by or starts from, holds the face
         barycenters. 0: chosen by the noise.
     boundary : free | fixed | curve | auto, default auto
-        What happens at the boundary of an open surface: free treats it like the rest, which may draw it
-        inward, fixed leaves it to the bit, so that tiles with a common edge still fit, curve smooths it along
-        itself. auto: it follows the normals of its faces, and is not drawn inward.
+        What happens at the boundary of an open surface: free treats it like the rest, which may draw it inward,
+        fixed leaves it to the bit, so that tiles with a common edge still fit, curve smooths it along itself.
+        auto: it follows the normals of its faces, and is not drawn inward.
     selected : bool, default whether something is selected
         Moves only selected vertices and those of selected faces; the effect fades out toward the others.
         Default: on when something is selected, unless the selection marks features.
@@ -108,9 +108,9 @@ def apply_coord_spectral_denoising(
         Whether the error of positions is to be least, or rather that of the normals: then the noise is taken
         for higher.
     boundary : free | fixed | curve | auto, default auto
-        What happens at the boundary of an open surface: free treats it like the rest, which may draw it
-        inward, fixed leaves it to the bit, so that tiles with a common edge still fit, curve smooths it along
-        itself. auto: it follows the normals of its faces, and is not drawn inward.
+        What happens at the boundary of an open surface: free treats it like the rest, which may draw it inward,
+        fixed leaves it to the bit, so that tiles with a common edge still fit, curve smooths it along itself.
+        auto: it follows the normals of its faces, and is not drawn inward.
     selected : bool, default whether something is selected
         Moves only selected vertices and those of selected faces; the effect fades out toward the others.
         Default: on when something is selected, unless the selection marks features.
@@ -438,15 +438,15 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
             How often normals are filtered and vertices follow. 0: chosen by estimated error.
         start : auto | given | smoothed, default auto
             What the first pass filters: the surface as given, for hard edges, or the isotropically smoothed one,
-            for organic shapes. auto: chosen by estimated error; as given where strength, range sigma and iterations are
-            given.
+            for organic shapes. auto: chosen by estimated error; as given where strength, range sigma and iterations
+            are given.
         barycenter_weight : float in [0, 1000], default 0.0
             How firmly the isotropic filter, which the first pass is guided by or starts from, holds the face
             barycenters. 0: chosen by the noise.
         boundary : free | fixed | curve | auto, default auto
-            What happens at the boundary of an open surface: free treats it like the rest, which may draw it
-            inward, fixed leaves it to the bit, so that tiles with a common edge still fit, curve smooths it along
-            itself. auto: it follows the normals of its faces, and is not drawn inward.
+            What happens at the boundary of an open surface: free treats it like the rest, which may draw it inward,
+            fixed leaves it to the bit, so that tiles with a common edge still fit, curve smooths it along itself.
+            auto: it follows the normals of its faces, and is not drawn inward.
         selected : bool, default whether something is selected
             Moves only selected vertices and those of selected faces; the effect fades out toward the others.
             Default: on when something is selected, unless the selection marks features.
@@ -492,9 +492,9 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
             Whether the error of positions is to be least, or rather that of the normals: then the noise is taken
             for higher.
         boundary : free | fixed | curve | auto, default auto
-            What happens at the boundary of an open surface: free treats it like the rest, which may draw it
-            inward, fixed leaves it to the bit, so that tiles with a common edge still fit, curve smooths it along
-            itself. auto: it follows the normals of its faces, and is not drawn inward.
+            What happens at the boundary of an open surface: free treats it like the rest, which may draw it inward,
+            fixed leaves it to the bit, so that tiles with a common edge still fit, curve smooths it along itself.
+            auto: it follows the normals of its faces, and is not drawn inward.
         selected : bool, default whether something is selected
             Moves only selected vertices and those of selected faces; the effect fades out toward the others.
             Default: on when something is selected, unless the selection marks features.
