@@ -64,8 +64,8 @@ Made from the code by `python3 scripts/make_docs.py`; a test compares this page 
 ## The packages
 
 An arrow points from a package to one that it imports. Imports that follow from others are left out: a package may
-use everything below it that arrows lead to.{circles} In blue: the one package that imports a library beyond numpy and
-scipy. `import {name}` loads none of them.
+use everything below it that arrows lead to.{circles}
+Libraries other than numpy and scipy are in blue; `import {name}` loads none of them.
 
 ![The packages and their imports](architecture.svg)
 
@@ -102,7 +102,7 @@ def page() -> str:
         ("I want to", "file", "look for"), ((what, f"`{find(*at)}`", f"`{short(at[1])}`") for what, *at in PLACES)
     )
     journey = [
-        f"{number}. `{find(package, name)}`: `{short(name)}` {what}."
+        textwrap.fill(f"{number}. `{find(package, name)}`: `{short(name)}` {what}.", 118, subsequent_indent="   ")
         for number, (package, name, what) in enumerate(JOURNEY, 1)
     ]
     circles = " Packages in one box import each other." if any(len(unit) > 1 for unit in units()) else ""

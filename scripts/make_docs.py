@@ -21,9 +21,10 @@ HEAD = """# The filters
 
 Made from the descriptors in `filters_xml/` by `python3 scripts/make_docs.py`.
 
-Each is a function of a MeshSet, `mss.NAME(ms, ...)`, a method of `mss.MeshSet`, and after `mss.register()` a method of
-`pymeshlab.MeshSet`, `ms.NAME(...)`. All take keywords only, and a `progress` callback besides. Those that move vertices
-return their evidence as a dict: cut-off, modes, wavelength, iterations, residual, displacement, seconds.
+Each filter is a function of a MeshSet, `mss.NAME(ms, ...)`, a method of `mss.MeshSet`, and after `mss.register()` a
+method of `pymeshlab.MeshSet`, `ms.NAME(...)`. All take keyword arguments only, and in addition a `progress` callback.
+Those that move vertices return a dict of diagnostics: cut-off, modes, wavelength, iterations, residual, displacement,
+seconds.
 """
 
 STUB_HEAD = '''"""The filters on MeshSets and their parameters, for type checkers and editors.
@@ -49,7 +50,7 @@ def page() -> str:
     parts = [HEAD]
     for name in descriptors.names():
         filter_ = descriptors.load(name)
-        parts += [f"## {name}", f"**{filter_.name}** ({filter_.category}). {filter_.help}"]
+        parts += [f"## {name}", textwrap.fill(f"**{filter_.name}** ({filter_.category}). {filter_.help}", 118)]
         rows = ["| parameter | type | default | |", "|---|---|---|---|"]
         for p in filter_.parameters:
             kind = p.kind.replace("|", "\\|")
