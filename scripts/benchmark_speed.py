@@ -6,7 +6,8 @@ python3 scripts/benchmark_speed.py --only bridge      one measure (see --help)
 python3 scripts/benchmark_speed.py --small --runs 1   a test run of a minute; its figures mean nothing
 
 Every measure runs in a process of its own, after a warm-up; what is compared takes turns, and medians are shown. The
-meshes are irregular tori (a random diagonal in each quad) with noise of 0.2 edges. Writes benchmark/speed.txt and speed.png.
+meshes are irregular tori (a random diagonal in each quad) with noise of 0.2 edges. Writes benchmark/speed.txt and
+speed.png.
 """
 
 import argparse
