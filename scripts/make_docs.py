@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Write the documents that are made from the code and the descriptors.
 
-docs/filters.md (every filter and parameter), the types of the filters, docs/architecture.md and docs/architecture.svg.
+docs/filters.md (every filter and parameter), the types of the filters, docs/reference.md (the public names),
+docs/architecture.md and docs/architecture.svg.
 
 python3 scripts/make_docs.py
 """
@@ -13,6 +14,8 @@ import architecture
 import bootstrap
 
 bootstrap.enter("demo")
+
+import reference  # noqa: E402
 
 from meshlab_specsmooth.meshlab import descriptors  # noqa: E402
 from meshlab_specsmooth.meshlab.descriptors import Descriptor, Parameter  # noqa: E402
@@ -114,6 +117,7 @@ def documents() -> dict[Path, str]:
     docs = bootstrap.ROOT / "docs"
     return {
         docs / "filters.md": page(),
+        docs / "reference.md": reference.page(),
         docs / "architecture.md": architecture.page(),
         docs / "architecture.svg": architecture.drawing(),
         bootstrap.ROOT / "meshlab_specsmooth" / "meshlab" / "signatures.pyi": stub(),
