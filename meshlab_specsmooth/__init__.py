@@ -1,9 +1,10 @@
 """Spectral mesh smoothing with barycenter constraints, as a filter for pymeshlab.
 
 Any mesh in (arrays, a mesh of another library, a path), the same kind out: :func:`smooth`, :func:`denoise`,
-:func:`smooth_edge_aware`, :func:`low_pass`, :func:`enhance`, :func:`prepare`, :func:`spectrum`, :func:`estimate_noise`,
-:func:`estimate_error`, :func:`self_intersecting_faces`. Side by side: :func:`compare`. Many files: :func:`batch`.
-MeshSets, in place, as a MeshLab filter does it:
+:func:`smooth_edge_aware`, :func:`low_pass`, :func:`enhance`, :func:`spectrum`, :func:`estimate_noise`,
+:func:`estimate_error`, :func:`self_intersecting_faces`. Operators once, for many runs: :func:`assemble`. Settings as
+values: :class:`Smoothing`, :class:`EdgeAware`, :func:`choose`. Side by side: :func:`compare`. Many files:
+:func:`batch`. MeshSets, in place, as a MeshLab filter does it:
 :func:`apply_coord_spectral_smoothing` and the others of its kind, as functions of a MeshSet, as methods of
 :class:`MeshSet`, or after :func:`register` as methods of pymeshlab's own.
 
@@ -27,7 +28,9 @@ if TYPE_CHECKING:
     from meshlab_specsmooth.batching.work import Outcome
     from meshlab_specsmooth.comparison.comparison import Comparison
     from meshlab_specsmooth.comparison.competitors import Competitor
-    from meshlab_specsmooth.edge_aware import EdgeAwareResult, denoise, smooth_edge_aware
+    from meshlab_specsmooth.edge_aware.api import denoise, smooth_edge_aware
+    from meshlab_specsmooth.edge_aware.result import EdgeAwareResult
+    from meshlab_specsmooth.edge_aware.settings import Denoising, EdgeAware, EdgeAwareRegion
     from meshlab_specsmooth.errors import (
         ClusterError,
         FileError,
@@ -59,12 +62,19 @@ if TYPE_CHECKING:
         compute_scalar_by_spectral_displacement,
         get_spectrum,
     )
-    from meshlab_specsmooth.noise.estimate import Noise
+    from meshlab_specsmooth.noise.model import Noise
+    from meshlab_specsmooth.operators.assemble import Operators, assemble
     from meshlab_specsmooth.power_spectrum import Spectrum, spectrum
     from meshlab_specsmooth.report.compared import compare
-    from meshlab_specsmooth.risk.estimation import ErrorEstimate, estimate_error, estimate_noise
+    from meshlab_specsmooth.risk.estimate_error import ErrorEstimate, estimate_error, estimate_noise
     from meshlab_specsmooth.runtime.bars import show_progress
-    from meshlab_specsmooth.smoothing.api import Prepared, SmoothingResult, enhance, low_pass, prepare, smooth
+    from meshlab_specsmooth.runtime.workspace import Workspace
+    from meshlab_specsmooth.smoothing.api import choose, enhance, low_pass, smooth
+    from meshlab_specsmooth.smoothing.choice import Choice, ConsideredSetting
+    from meshlab_specsmooth.smoothing.result import SmoothingResult
+    from meshlab_specsmooth.smoothing.settings import Enhancement, LowPass, Region, Smoothing
+    from meshlab_specsmooth.spectral.low_pass import Butterworth, Gaussian, Heat, Ideal
+    from meshlab_specsmooth.spectral.response import Response
 
 __version__ = VERSION
 
@@ -91,11 +101,9 @@ _NAMES = {
     ),
     "comparison.comparison": ("Comparison",),
     "comparison.competitors": ("Competitor",),
-    "edge_aware": (
-        "EdgeAwareResult",
-        "denoise",
-        "smooth_edge_aware",
-    ),
+    "edge_aware.api": ("denoise", "smooth_edge_aware"),
+    "edge_aware.result": ("EdgeAwareResult",),
+    "edge_aware.settings": ("Denoising", "EdgeAware", "EdgeAwareRegion"),
     "errors": (
         "ClusterError",
         "FileError",
@@ -114,21 +122,21 @@ _NAMES = {
         "SpecsmoothError",
         "TooLarge",
     ),
-    "risk.estimation": (
+    "risk.estimate_error": (
         "ErrorEstimate",
         "estimate_error",
         "estimate_noise",
     ),
-    "noise.estimate": ("Noise",),
+    "noise.model": ("Noise",),
+    "operators.assemble": ("Operators", "assemble"),
     "report.compared": ("compare",),
-    "smoothing.api": (
-        "Prepared",
-        "SmoothingResult",
-        "enhance",
-        "low_pass",
-        "prepare",
-        "smooth",
-    ),
+    "runtime.workspace": ("Workspace",),
+    "smoothing.api": ("choose", "enhance", "low_pass", "smooth"),
+    "smoothing.choice": ("Choice", "ConsideredSetting"),
+    "smoothing.result": ("SmoothingResult",),
+    "smoothing.settings": ("Enhancement", "LowPass", "Region", "Smoothing"),
+    "spectral.low_pass": ("Butterworth", "Gaussian", "Heat", "Ideal"),
+    "spectral.response": ("Response",),
     "power_spectrum": (
         "Spectrum",
         "spectrum",
@@ -139,16 +147,27 @@ _MODULE_OF = {name: module for module, names in _NAMES.items() for name in names
 
 __all__ = [
     "BatchSummary",
+    "Butterworth",
+    "Choice",
     "ClusterError",
     "Comparison",
     "Competitor",
+    "ConsideredSetting",
+    "Denoising",
+    "EdgeAware",
+    "EdgeAwareRegion",
     "EdgeAwareResult",
+    "Enhancement",
     "ErrorEstimate",
     "FileError",
     "FilterFailed",
+    "Gaussian",
+    "Heat",
+    "Ideal",
     "InvalidParameter",
     "InvalidSurface",
     "InvalidXml",
+    "LowPass",
     "MeshSet",
     "MeshSetError",
     "MissingExtra",
@@ -158,21 +177,27 @@ __all__ = [
     "Noise",
     "NotAMesh",
     "NotConverged",
+    "Operators",
     "Outcome",
-    "Prepared",
+    "Region",
+    "Response",
     "Slow",
+    "Smoothing",
     "SmoothingResult",
     "SpecsmoothError",
     "Spectrum",
     "Surface",
     "TooLarge",
+    "Workspace",
     "__version__",
     "apply_coord_edge_aware_smoothing",
     "apply_coord_spectral_denoising",
     "apply_coord_spectral_enhancement",
     "apply_coord_spectral_low_pass",
     "apply_coord_spectral_smoothing",
+    "assemble",
     "batch",
+    "choose",
     "compare",
     "compute_scalar_by_spectral_displacement",
     "denoise",
@@ -181,7 +206,6 @@ __all__ = [
     "estimate_noise",
     "get_spectrum",
     "low_pass",
-    "prepare",
     "register",
     "self_intersecting_faces",
     "show_progress",

@@ -1,11 +1,11 @@
-"""The names that parameters take, as types: for those who check theirs. What is taken at run time is checked there."""
+"""Types of parameters that take one of several names, for type checkers; values are checked where they are used."""
 
 from __future__ import annotations
 
 from typing import Literal
 
-Response = Literal["ideal", "butterworth", "gaussian", "heat"]
-AnyResponse = Literal["auto", "ideal", "butterworth", "gaussian", "heat"]
+ResponseName = Literal["ideal", "butterworth", "gaussian", "heat"]
+AnyResponseName = Literal["auto", "ideal", "butterworth", "gaussian", "heat"]
 Criterion = Literal["position", "normals"]
 LaplacianKind = Literal["uniform", "cotangent"]
 Method = Literal["auto", "exact", "chebyshev"]

@@ -1,7 +1,7 @@
-"""Checks of parameters: each takes a name and a value of any kind, and returns a plain value or names what is wrong.
+"""Check parameters: each function takes a name and a value, and returns a plain Python value or raises an error.
 
-Numbers may be Python's or numpy's, integers or floats of any width, fractions, or arrays of no dimension. True and
-False are no numbers, and neither are strings, complex numbers and decimals.
+Numbers may be Python's or numpy's integers and floats of any width, fractions, or 0-d arrays. Booleans, strings,
+complex numbers and decimals are not accepted as numbers.
 """
 
 from __future__ import annotations
@@ -19,52 +19,52 @@ from meshlab_specsmooth.errors import InvalidParameter
 Function = TypeVar("Function", bound=Callable[..., Any])
 Choice = TypeVar("Choice", bound=str)
 
-# The spacing of numbers about 1
+# Machine epsilon of float64
 _EPSILON = 2.0**-52
 
-# The normal equations of the reconstruction are L^T L + w^2 C^T C, both of size 1. Where w^2 is below the spacing of
-# numbers about 1 the second is lost beside the first, and where it is above one over that the first beside the second.
-BARYCENTER_WEIGHTS = (2.0**-26, 2.0**26)
+# The normal equations of the reconstruction are L^T L + w^2 C^T C, where both terms have norm about 1. If w^2 is below
+# machine epsilon, the second term is lost in rounding; if it is above its reciprocal, the first one is.
+BARYCENTER_WEIGHT_BOUNDS = (2.0**-26, 2.0**26)
 
-# The low-pass of normals is (A + t L_w)^-1 A, both of size 1 in units of the mean area. Beyond these one of them is
-# lost beside the other.
-STRENGTHS = (_EPSILON, 1 / _EPSILON)
+# The low-pass of normals is (A + t L_w)^-1 A, where both terms have norm about 1 in units of the mean area. Beyond
+# these bounds one of them is lost in rounding.
+STRENGTH_BOUNDS = (_EPSILON, 1 / _EPSILON)
 
-# Weights fall with the squared distance of unit normals over that of the width, which is 4 over it at most: from the
-# upper bound on all are 1 to the last bit but two. Below the lower one they compare what is rounding in normals.
-RANGE_SIGMAS = (_EPSILON, 2.0**26)
+# The range weight is a function of |n_i - n_j|^2 / sigma^2 <= 4 / sigma^2. Above the upper bound all weights are 1 to
+# two units in the last place; below the lower bound, the differences compared are rounding errors of the normals.
+RANGE_SIGMA_BOUNDS = (_EPSILON, 2.0**26)
 
-# What is multiplied with more has lost half of its digits, as rounding is multiplied, too
-GAINS = (0.0, 2.0**26)
+# A gain amplifies rounding errors as well: at the upper bound half of the digits are lost
+GAIN_BOUNDS = (0.0, 2.0**26)
 
-# A level of noise in extents of the mesh: beyond the upper bound nothing is left of the mesh beside it
-NOISE_IN_EXTENTS = (0.0, 1 / _EPSILON)
+# Noise level in units of the extent of the mesh: above the upper bound the mesh is lost in rounding
+NOISE_BOUNDS_IN_EXTENTS = (0.0, 1 / _EPSILON)
 
 MAX_ITERATIONS = 1000
 MAX_FACE_ITERATIONS = 100
-BANDS = (2, 4096)
-MOST_PROBES = 10_000
-MOST_TIMES = 10_000
-MOST_WORKERS = 4096
-# What every generator of random numbers takes
-LARGEST_SEED = 2**63 - 1
+BAND_BOUNDS = (2, 4096)
+MAX_PROBES = 10_000
+MAX_TIMES = 10_000
+MAX_WORKERS = 4096
+# Accepted by every random number generator
+MAX_SEED = 2**63 - 1
 
-_SHOWN = 60
-_SHOWN_BITS = 128
+_MAX_SHOWN_LENGTH = 60
+_MAX_SHOWN_BITS = 128
 
 
 def check_number(name: str, value: object, low: float, high: float, what: str = "") -> float:
-    """A number within inclusive bounds, as a float.
+    """Return a number within inclusive bounds, as a float.
 
     Parameters
     ----------
     name : str
-        Of the parameter, for the error.
-    value
-        Anything.
+        Name of the parameter, for the error message.
+    value : object
     low, high : float
+        Inclusive bounds.
     what : str, optional
-        What the parameter must be, for the error; the bounds by default.
+        The requirement as stated in the error message; by default the bounds.
 
     Raises
     ------
@@ -81,7 +81,7 @@ def check_number(name: str, value: object, low: float, high: float, what: str = 
     ...
     meshlab_specsmooth.errors.InvalidParameter: gain is of type list; it must be one number from 0 to 2
     """
-    number = _as_float(value)
+    number = _to_float(value)
     if number is None or not low <= number <= high:
         wanted = what or f"one number from {low:.3g} to {high:.3g}"
         raise InvalidParameter(f"{name} is {show(value)}; it must be {wanted}")
@@ -89,7 +89,7 @@ def check_number(name: str, value: object, low: float, high: float, what: str = 
 
 
 def check_length(name: str, value: object) -> float:
-    """A positive length in mesh units, as a float; raises :class:`InvalidParameter`."""
+    """Return a positive length in mesh units, as a float, or raise :class:`InvalidParameter`."""
     limits = np.finfo(np.float64)
     return check_number(
         name, value, float(limits.smallest_subnormal), float(limits.max), "a positive length in mesh units"
@@ -97,15 +97,15 @@ def check_length(name: str, value: object) -> float:
 
 
 def check_barycenter_weight(value: object) -> float:
-    """How firmly barycenters are held: one number for all; raises :class:`InvalidParameter`."""
-    low, high = BARYCENTER_WEIGHTS
+    """Return the weight of the barycenter constraints, one number, or raise :class:`InvalidParameter`."""
+    low, high = BARYCENTER_WEIGHT_BOUNDS
     return check_number(
         "barycenter_weight", value, low, high, f"one number from {low:.2g} to {high:.2g} (for the limit 0, low_pass)"
     )
 
 
 def check_count(name: str, value: object, low: int, high: int, what: str = "") -> int:
-    """A whole number within inclusive bounds, as an int; a float is none, whatever its digits.
+    """Return an integer within inclusive bounds, as an int; floats are refused even if they are integral.
 
     Parameters
     ----------
@@ -124,16 +124,16 @@ def check_count(name: str, value: object, low: int, high: int, what: str = "") -
     >>> check_count("iterations", 3.0, 1, 10)
     Traceback (most recent call last):
     ...
-    meshlab_specsmooth.errors.InvalidParameter: iterations is 3.0; it must be a whole number from 1 to 10
+    meshlab_specsmooth.errors.InvalidParameter: iterations is 3.0; it must be an integer from 1 to 10
     """
-    given = _unwrapped(value)
+    given = _unwrap(value)
     if _is_number(given) and isinstance(given, numbers.Integral) and low <= int(given) <= high:
         return int(given)
-    raise InvalidParameter(f"{name} is {show(value)}; it must be {what or f'a whole number from {low} to {high}'}")
+    raise InvalidParameter(f"{name} is {show(value)}; it must be {what or f'an integer from {low} to {high}'}")
 
 
 def check_choice(name: str, value: Choice, known: Iterable[str]) -> Choice:
-    """One of the names known; raises :class:`InvalidParameter`.
+    """Return one of the known names, or raise :class:`InvalidParameter`.
 
     Examples
     --------
@@ -145,32 +145,32 @@ def check_choice(name: str, value: Choice, known: Iterable[str]) -> Choice:
     """
     names = tuple(known)
     if isinstance(value, str) and value in names:
-        return cast(Choice, str(value))  # numpy's strings become plain ones
+        return cast(Choice, str(value))  # a plain str, also for np.str_
     raise InvalidParameter(f"{name} is {show(value)}; it must be one of {', '.join(map(repr, names))}")
 
 
 def check_flag(name: str, value: object) -> bool:
-    """True or False; raises :class:`InvalidParameter`."""
-    given = _unwrapped(value)
+    """Return True or False, or raise :class:`InvalidParameter`."""
+    given = _unwrap(value)
     if isinstance(given, bool | np.bool_):
         return bool(given)
     raise InvalidParameter(f"{name} is {show(value)}; it must be True or False")
 
 
 def check_function(name: str, value: Function) -> Function:
-    """What can be called; raises :class:`InvalidParameter`."""
+    """Return a callable, or raise :class:`InvalidParameter`."""
     if callable(value):
         return value
     raise InvalidParameter(f"{name} is {show(value)}; it must be a function")
 
 
 def check_progress(value: Function | None) -> Function | None:
-    """None, or a function of the fraction done; raises :class:`InvalidParameter`."""
+    """Return None or a callable for the fraction done, or raise :class:`InvalidParameter`."""
     return None if value is None else check_function("progress", value)
 
 
 def check_path(name: str, value: object) -> str:
-    """A path as a string; raises :class:`InvalidParameter`.
+    """Return a path as a string, or raise :class:`InvalidParameter`.
 
     Examples
     --------
@@ -186,26 +186,26 @@ def check_path(name: str, value: object) -> str:
 
 
 def check_weights(name: str, given: object, count: int) -> npt.NDArray[np.float64]:
-    """One weight in [0, 1] a vertex, as float64.
+    """Return one weight in [0, 1] for each vertex, as float64.
 
     Parameters
     ----------
     name : str
     given : (count,) array of bool, integers or floats
     count : int
-        Of the vertices.
+        Number of vertices.
 
     Raises
     ------
     InvalidParameter
-        Names the first vertex whose weight is none.
+        Wrong shape or dtype, or a value outside [0, 1]; the message names the first one.
     """
     try:
         array = np.asarray(given)
     except MemoryError:
         raise
-    except Exception as error:  # what an object's own __array__ raises may be anything
-        raise InvalidParameter(f"{name} is no array of numbers ({error})") from error
+    except Exception as error:  # an object's __array__ may raise anything
+        raise InvalidParameter(f"{name} is not an array of numbers ({error})") from error
     if array.shape != (count,):
         raise InvalidParameter(f"{name} has shape {array.shape}; pass one weight for each of the {count} vertices")
     if array.dtype.kind not in "biuf":
@@ -218,7 +218,7 @@ def check_weights(name: str, given: object, count: int) -> npt.NDArray[np.float6
 
 
 def show(value: object) -> str:
-    r"""A value on one short line, or its type; whatever its ``__repr__`` does.
+    r"""Format a value on one short line, or only its type; never calls ``__repr__`` of a foreign class.
 
     Examples
     --------
@@ -229,33 +229,33 @@ def show(value: object) -> str:
     """
     if isinstance(value, np.ndarray):
         return f"an array of shape {value.shape}"
-    if type(value) is int and value.bit_length() > _SHOWN_BITS:
+    if type(value) is int and value.bit_length() > _MAX_SHOWN_BITS:
         return f"an integer of {value.bit_length()} bits"
     if value is None or type(value) in (bool, int, float, complex) or isinstance(value, np.number | np.bool_):
         return str(value)
     if type(value) in (str, bytes, np.str_):
         shown = repr(str(value) if isinstance(value, str) else value)
-        return shown if len(shown) <= _SHOWN else f"{shown[:_SHOWN]}..."
+        return shown if len(shown) <= _MAX_SHOWN_LENGTH else f"{shown[:_MAX_SHOWN_LENGTH]}..."
     return f"of type {type(value).__name__}"
 
 
-def _unwrapped(value: object) -> object:
-    """What an array of no dimension holds; anything else as it is."""
+def _unwrap(value: object) -> object:
+    """Return the element of a 0-d array, or any other value unchanged."""
     return value[()] if isinstance(value, np.ndarray) and value.ndim == 0 else value
 
 
 def _is_number(value: object) -> bool:
-    """Whether it is a real number; numpy's durations are integers by their type, and none by their meaning."""
+    """Whether a value is a real number; np.timedelta64 is registered as an integer but is a duration."""
     return isinstance(value, numbers.Real) and not isinstance(value, bool | np.timedelta64)
 
 
-def _as_float(value: object) -> float | None:
-    """The value as a float, infinite where it is too large for one; None where it is no number."""
-    given: Any = _unwrapped(value)
+def _to_float(value: object) -> float | None:
+    """Convert to float, infinite on overflow; None if the value is not a number."""
+    given: Any = _unwrap(value)
     if not _is_number(given):
         return None
     try:
-        with np.errstate(over="ignore"):  # of long doubles
+        with np.errstate(over="ignore"):  # long doubles
             return float(given)
-    except OverflowError:  # of integers and fractions
+    except OverflowError:  # integers and fractions
         return np.inf if given > 0 else -np.inf

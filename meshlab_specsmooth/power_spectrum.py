@@ -7,17 +7,17 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from meshlab_specsmooth.adapters import Mesh, accept_meshes, recognize
+from meshlab_specsmooth.adapters import Mesh, accept_meshes
 from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.choices import LaplacianKind
 from meshlab_specsmooth.describe import Described, Rows, format_length
 from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.geometry.surface import LARGEST_EXPONENT, check_extent
-from meshlab_specsmooth.noise.estimate import Noise
-from meshlab_specsmooth.parameters import BANDS, check_count
-from meshlab_specsmooth.risk.estimation import estimate_noise, noise_of
+from meshlab_specsmooth.noise.model import Noise
+from meshlab_specsmooth.operators.assemble import Operators, assemble_any
+from meshlab_specsmooth.parameters import BAND_BOUNDS, check_count
+from meshlab_specsmooth.risk.estimate_error import estimate_noise_of
 from meshlab_specsmooth.runtime import blocks
-from meshlab_specsmooth.smoothing.api import Prepared, assemble
 from meshlab_specsmooth.spectral import density, eigenbasis
 
 # Defaults; those of the filter, in filters_xml/, are the same
@@ -117,28 +117,24 @@ def spectrum(
     >>> mss.spectrum(octahedron, faces).eigenvalue.round(9) + 0.0
     array([0. , 1. , 1. , 1. , 1.5, 1.5])
     """
-    bands = check_count("bands", bands, *BANDS)
-    source = recognize(mesh, faces)
-    prepared = assemble(source.vertices, source.faces, laplacian)
-    if len(prepared.moving) == 0:
+    bands = check_count("bands", bands, *BAND_BOUNDS)
+    ops = assemble_any(mesh, faces, laplacian)
+    if len(ops.active) == 0:
         raise InvalidParameter("a mesh without edges has no spectrum")
-    check_extent(prepared.exponent, LARGEST_EXPONENT, "power, which is their square")
-    if laplacian == "uniform":
-        with blocks.one_blas_thread():
-            noise = noise_of(prepared).scaled(prepared.exponent)
-    else:
-        noise = estimate_noise(source.vertices, source.faces)
-    return _measured(prepared, bands, noise)
+    check_extent(ops.exponent, LARGEST_EXPONENT, "power, which is their square")
+    with blocks.one_blas_thread():
+        noise = estimate_noise_of(assemble_any(ops, None, "uniform")).scaled(ops.exponent)
+    return _measure(ops, bands, noise)
 
 
 @blocks.one_blas_thread()
-def _measured(prepared: Prepared, bands: int, noise: Noise) -> Spectrum:
-    L, n = prepared.L, len(prepared.moving)
+def _measure(ops: Operators, bands: int, noise: Noise) -> Spectrum:
+    L, n = ops.L, len(ops.active)
     # scaled so that energies x^T D x are those of plain coordinates
-    X = (prepared.positions - prepared.positions.mean(axis=0)) / np.sqrt(L.degree.mean())
+    X = (ops.positions - ops.positions.mean(axis=0)) / np.sqrt(L.degree.mean())
     Y = L @ X
     if n <= eigenbasis.DENSE_VERTICES:
-        basis = eigenbasis.complete(L.graph.symmetric_laplacian())
+        basis = eigenbasis.full(L.graph.symmetric_laplacian())
         eigenvalue, modes, method = np.clip(basis.eigenvalues, 0, 2), np.ones(n), "exact"
         powers = [((basis.vectors.T @ (np.sqrt(L.degree) * Z)) ** 2).sum(axis=1) for Z in (X, Y)]
     else:
@@ -150,8 +146,8 @@ def _measured(prepared: Prepared, bands: int, noise: Noise) -> Spectrum:
         powers = [np.maximum(density.band_energies(L, Z, angles), 0.0) for Z in (X, Y)]
         # shape is so much stronger than detail that a trace of it leaks everywhere; not where it was differentiated
         powers[0] = np.where(eigenvalue < _LEAKS_FROM, powers[0], powers[1] / eigenvalue**2)
-    unit = np.ldexp(1.0, prepared.exponent)
-    edge = prepared.mean_edge * unit
+    unit = np.ldexp(1.0, ops.exponent)
+    edge = ops.mean_edge * unit
     wavelength = np.full(len(eigenvalue), np.inf)
     np.divide(np.pi * edge, np.sqrt(eigenvalue), out=wavelength, where=eigenvalue > 0)
     noisy = eigenvalue > NOISE_BEGINS

@@ -38,8 +38,9 @@ import meshlab_specsmooth as mss  # noqa: E402
 from meshlab_specsmooth.arrays import Floats  # noqa: E402
 from meshlab_specsmooth.comparison import metrics  # noqa: E402
 from meshlab_specsmooth.geometry.surface import Surface, is_closed, mean_edge_length  # noqa: E402
-from meshlab_specsmooth.meshlab import files, meshset  # noqa: E402
+from meshlab_specsmooth.meshlab import mesh_files, meshset  # noqa: E402
 from meshlab_specsmooth.report.pictures import Panel, front, picture  # noqa: E402
+from meshlab_specsmooth.runtime import atomic  # noqa: E402
 
 # further off than so many edges, a result is said to diverge and is measured no further
 _ASTRAY = 10.0
@@ -84,7 +85,7 @@ def pairs_of(folder: Path, only: "Sequence[str] | None") -> "Iterator[Pair]":
     for noisy in sorted(folder.glob("*_noisy.*")):
         name, truth = noisy.stem.removesuffix("_noisy"), noisy.with_name(noisy.name.replace("_noisy", "_truth"))
         if noisy.suffix.lower() in {".obj", ".ply", ".off"} and truth.is_file() and (not only or name in only):
-            both = [Surface(*meshset.pull(files.read(file))) for file in (noisy, truth)]
+            both = [Surface(*meshset.get_arrays(mesh_files.read(file))) for file in (noisy, truth)]
             if not np.array_equal(both[0].faces, both[1].faces):
                 sys.exit(f"{noisy} and {truth} do not have the same faces")
             yield Pair(name, *both)
@@ -171,7 +172,7 @@ class Reference:
         if key not in self.kept:
             self.kept[key] = [asdict(row) for row in rows_of(pair, contender)]
             if self.path:
-                files.write_text(self.path, json.dumps(self.kept, indent=1))
+                atomic.write_text(self.path, json.dumps(self.kept, indent=1))
         return [Row(**row) for row in self.kept[key]]
 
 
@@ -328,9 +329,9 @@ def main() -> None:
         sys.exit("no pairs")
     text = report(results, found, wanted)
     print(text[text.index("### Ours") :])
-    files.write_text(given.out / "quality.md", text + "\n")
+    atomic.write_text(given.out / "quality.md", text + "\n")
     data = {name: [asdict(row) for row in rows] for name, rows in results.items()}
-    files.write_text(given.json or given.out / "quality.json", json.dumps(data, indent=1))
+    atomic.write_text(given.json or given.out / "quality.json", json.dumps(data, indent=1))
 
 
 if __name__ == "__main__":

@@ -205,8 +205,8 @@ def sweep(n: int, runs: int) -> Seconds:
             both.reverse()
 
     steps()
-    blocks.in_threads(triad, len(a))
-    seconds = in_turn(n, max(runs, 5), steps=steps, triad=lambda: blocks.in_threads(triad, len(a)))
+    blocks.parallel_for(triad, len(a))
+    seconds = in_turn(n, max(runs, 5), steps=steps, triad=lambda: blocks.parallel_for(triad, len(a)))
     # neighbors' rows, X and before are read, before is written; so are the indices, where there are no weights to read
     size = len(L.graph.indices) * 4 + L.size * (4 * 24 + 4)
     if L.kernels.name == "scipy":

@@ -12,7 +12,7 @@ import pymeshlab
 from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.comparison import noise
 from meshlab_specsmooth.geometry.surface import Surface, mean_edge_length
-from meshlab_specsmooth.meshlab.files import sample
+from meshlab_specsmooth.meshlab.mesh_files import sample
 
 # --- shapes of about so many vertices ---
 

@@ -16,7 +16,7 @@ import numpy as np  # noqa: E402
 import pymeshlab  # noqa: E402
 
 import meshlab_specsmooth as mss  # noqa: E402
-from meshlab_specsmooth.meshlab.files import sample  # noqa: E402
+from meshlab_specsmooth.meshlab.mesh_files import sample  # noqa: E402
 
 NOISE = {"displacement": pymeshlab.PercentageValue(0.15), "randomseed": 1}
 

@@ -26,11 +26,12 @@ from matplotlib.figure import Figure  # noqa: E402
 import meshlab_specsmooth as mss  # noqa: E402
 from meshlab_specsmooth.comparison.metrics import add_noise, normal_error, vertex_error, volume_change  # noqa: E402
 from meshlab_specsmooth.geometry.surface import Surface, face_vectors  # noqa: E402
-from meshlab_specsmooth.meshlab import files, meshset  # noqa: E402
+from meshlab_specsmooth.meshlab import mesh_files, meshset  # noqa: E402
 from meshlab_specsmooth.report.pictures import Panel, front, picture  # noqa: E402
+from meshlab_specsmooth.runtime import atomic  # noqa: E402
 from meshlab_specsmooth.spectral import eigenbasis  # noqa: E402
 from meshlab_specsmooth.spectral.chebyshev import approximate  # noqa: E402
-from meshlab_specsmooth.spectral.density import measure  # noqa: E402
+from meshlab_specsmooth.spectral.density import estimate_density  # noqa: E402
 from meshlab_specsmooth.spectral.response import ideal  # noqa: E402
 
 KEPT = 200  # the paper's f_a
@@ -63,10 +64,10 @@ HEADER = "| | normals, degrees | vertices, edges (RMS) | volume, % | distortion 
 
 def bunny(vertices: "int | None" = None) -> Surface:
     """The bunny, or a coarser one with about so many vertices."""
-    ms = files.read(files.sample("bunny.obj"))
+    ms = mesh_files.read(mesh_files.sample("bunny.obj"))
     if vertices is not None:
         ms.meshing_decimation_quadric_edge_collapse(targetfacenum=2 * vertices, preservetopology=True)
-    return Surface(*meshset.pull(ms))
+    return Surface(*meshset.get_arrays(ms))
 
 
 def shapes(surface: Surface) -> np.ndarray:
@@ -119,7 +120,7 @@ def coefficients(surface: Surface) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Eigenvalues, and the sizes of the spectral coefficients of Cartesian and of differential coordinates."""
     prepared = mss.prepare(surface.vertices, surface.faces)
     S, root = prepared.L.graph.symmetric_laplacian(), np.sqrt(prepared.L.degree)
-    basis = eigenbasis.complete(S)
+    basis = eigenbasis.full(S)
     X = prepared.positions
     sizes = [np.linalg.norm(basis.vectors.T @ (root * Y), axis=1) for Y in (X, prepared.L @ X)]
     return basis.eigenvalues, sizes[0], sizes[1]
@@ -151,7 +152,7 @@ def figure_1(out: Path, coarse: Surface, noisy: np.ndarray) -> None:
 def figure_2(out: Path, coarse: Surface, kept: Sequence[int]) -> None:
     """The low-pass responses for several f_a, as asked for and as the polynomial has them."""
     prepared = mss.prepare(coarse.vertices, coarse.faces)
-    modes = measure(prepared.L)
+    modes = estimate_density(prepared.L)
     figure = Figure(figsize=(7, 4), dpi=120, layout="constrained")
     axes = figure.subplots()
     for k, color in zip(kept, ("C0", "C1", "C2", "C3"), strict=True):
@@ -300,7 +301,7 @@ def main() -> None:
         panels += [Panel(row.name.replace(", ", "\n", 1), row.surface) for row in rows]
         picture(out / f"table1_{n}_vertices.png", panels, [front(truth)])
     text = words(sizes)
-    files.write_text(out / "paper.md", text)
+    atomic.write_text(out / "paper.md", text)
     print(text)
     print(f"written: {', '.join(sorted(str(path) for path in out.iterdir()))}")
 

@@ -17,7 +17,7 @@ from playwright.sync_api import sync_playwright  # noqa: E402
 
 import meshlab_specsmooth as mss  # noqa: E402
 from meshlab_specsmooth.comparison.metrics import add_noise, normal_error  # noqa: E402
-from meshlab_specsmooth.meshlab import files, meshset  # noqa: E402
+from meshlab_specsmooth.meshlab import mesh_files, meshset  # noqa: E402
 from meshlab_specsmooth.report.pictures import Panel, front, picture  # noqa: E402
 
 SIZE = {"width": 1360, "height": 1340}
@@ -25,11 +25,11 @@ SIZE = {"width": 1360, "height": 1340}
 
 def draw_bunny() -> None:
     """Before, after MeshLab's Taubin filter, and after denoising."""
-    truth = mss.Surface(*meshset.pull(files.read(files.sample("bunny.obj"))))
+    truth = mss.Surface(*meshset.get_arrays(mesh_files.read(mesh_files.sample("bunny.obj"))))
     noisy = mss.Surface(add_noise(truth, 0.2, 1), truth.faces)
     taubin = meshset.new(noisy.vertices, noisy.faces)
     taubin.apply_coord_taubin_smoothing()
-    smoothed = mss.Surface(*meshset.pull(taubin))
+    smoothed = mss.Surface(*meshset.get_arrays(taubin))
     denoised = mss.Surface(mss.denoise(noisy.vertices, noisy.faces).vertices, noisy.faces)
     named = (("noisy", noisy), ("MeshLab's Taubin", smoothed), ("mss.denoise(mesh)", denoised))
     panels = [
@@ -41,7 +41,7 @@ def draw_bunny() -> None:
 def main() -> None:
     draw_bunny()
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
-        bunny = files.read(files.sample("bunny.obj"))
+        bunny = mesh_files.read(mesh_files.sample("bunny.obj"))
         found = mss.compare(bunny, noise=0.2, out=folder, name="bunny.obj")
         print(found)
         browser = playwright.chromium.launch(

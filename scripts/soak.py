@@ -26,7 +26,7 @@ bootstrap.enter("test")
 
 import numpy as np  # noqa: E402
 
-from meshlab_specsmooth.meshlab import files, meshset  # noqa: E402
+from meshlab_specsmooth.meshlab import mesh_files, meshset  # noqa: E402
 
 SPECSMOOTH = [sys.executable, "-m", "meshlab_specsmooth", "batch"]
 DASK = [sys.executable, "-m", "dask"]
@@ -94,7 +94,7 @@ def make(folder: Path, count: int, largest: int, rng: np.random.Generator) -> tu
         V, F = surface(n, int(rng.integers(3)), rng)
         total += len(V)
         ending = ("ply", "ply", "obj", "stl", "off")[number % 5]
-        files.write(meshset.new(V, F), folder / f"scan{number:04}.{ending}")
+        mesh_files.write(meshset.new(V, F), folder / f"scan{number:04}.{ending}")
     whole = (folder / "scan0000.ply").read_bytes()
     header = "ply\nformat binary_little_endian 1.0\nelement vertex {}\n" + "".join(
         f"property float {x}\n" for x in "xyz"

@@ -12,9 +12,9 @@ import pymeshlab
 from scipy.sparse import csr_array
 
 from meshlab_specsmooth.geometry.surface import Surface, mean_edge_length, vertex_normals
-from meshlab_specsmooth.graph.build import of_mesh
+from meshlab_specsmooth.graph.build import mesh_graph
 from meshlab_specsmooth.graph.laplacian import Laplacian, laplacian
-from meshlab_specsmooth.smoothing.api import prepare
+from meshlab_specsmooth.operators.assemble import assemble
 
 Floats = npt.NDArray[np.float64]
 Mesh = tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]
@@ -135,7 +135,7 @@ def kinds_of_noise(mesh: Mesh) -> Iterator[tuple[str, Floats]]:
     yield "directional", V + [0, 0, 1] * (0.3 * edge * rng.standard_normal(n))[:, None]
     step = 0.35 * edge
     yield "quantized", np.round(V / step) * step
-    walk = prepare(V, F).L
+    walk = assemble(V, F).L
     field = rng.standard_normal((n, 3))
     for _ in range(3):
         field -= 6 / 7 * (walk @ field)
@@ -175,7 +175,7 @@ def flaws(mesh: Mesh) -> dict[str, Mesh]:
 def uniform(mesh: Mesh) -> Laplacian:
     """The uniform Laplacian of a mesh; every vertex must have an edge."""
     V, F = mesh
-    return laplacian(of_mesh(F.astype(np.int32), len(V)).graph)
+    return laplacian(mesh_graph(F.astype(np.int32), len(V)).graph)
 
 
 def twin(mesh: Mesh) -> csr_array:

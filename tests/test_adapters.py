@@ -212,7 +212,7 @@ def test_a_mesh_of_the_same_kind_comes_out(kind):
     assert mss.self_intersecting_faces(mesh).shape == (len(F),)
 
 
-def test_normals_are_those_of_the_new_positions():
+def test_normals_are_recomputed():
     for mesh, read in (
         (of_pyvista(), lambda m: (m.point_data["Normals"], m.cell_data["Normals"])),
         (of_trimesh(), lambda m: (m.vertex_normals, m.face_normals)),
@@ -234,7 +234,7 @@ def test_normals_are_those_of_the_new_positions():
     assert not (old.pointdata["Normals"] == [0, 0, 1]).all()
 
 
-def test_a_mesh_of_pymeshlab_keeps_all_that_it_carries(laden):
+def test_a_mesh_of_pymeshlab_keeps_its_other_data(laden):
     before = state.of_mesh(laden.current_mesh())
     result = mss.smooth(laden, modes=9)
     laden.meshing_decimation_quadric_edge_collapse(targetfacenum=9)
@@ -368,7 +368,7 @@ class Cells:
         ((V[:, :2], QUADS), "vertices has shape"),
     ],
 )
-def test_what_is_no_mesh_is_refused_with_what_would_be(given, words):
+def test_other_objects_are_refused_and_the_accepted_ones_named(given, words):
     if words is None:
         assert len(mss.smooth(*given, modes=2).vertices) == len(V)
         return
@@ -377,19 +377,19 @@ def test_what_is_no_mesh_is_refused_with_what_would_be(given, words):
             function(*given)
 
 
-def test_faces_beside_a_whole_mesh_are_refused():
-    with pytest.raises(mss.InvalidParameter, match="faces are given beside a mesh"):
+def test_faces_besides_a_mesh_are_refused():
+    with pytest.raises(mss.InvalidParameter, match="faces are given besides a mesh"):
         mss.smooth((V, F), F)
 
 
-def test_vertices_go_by_their_name_as_well():
+def test_vertices_can_be_passed_by_that_name():
     assert np.array_equal(mss.smooth(vertices=V, faces=F, modes=12).vertices, EXPECTED)
     assert mss.estimate_error(lambda X: X, vertices=V, faces=F, probes=1).probes == 1
 
 
-def test_a_misspelled_keyword_is_answered_with_the_one_that_is_meant():
-    with pytest.raises(TypeError, match=r"no parameter barycenter_weight\. Did you mean barycenter_weight\?"):
-        mss.smooth(V, F, barycenter_weight=0.1)
+def test_a_misspelled_keyword_is_corrected_in_the_message():
+    with pytest.raises(TypeError, match=r"no parameter barycenter_wieght\. Did you mean barycenter_weight\?"):
+        mss.smooth(V, F, barycenter_wieght=0.1)
     with pytest.raises(TypeError, match=r"denoise\(\) has no parameter color\.$"):
         mss.denoise(V, F, color="red")
     with pytest.raises(TypeError, match="vertices"):

@@ -33,9 +33,9 @@ def turned(vertices, clean):
 @pytest.mark.parametrize("level", [0.05, 0.2, 0.5])
 def test_the_choice_is_nearly_the_best(clean, level):
     V, F = noisy(clean, level)
-    prepared = mss.prepare(V, F)
-    best = [prepared.smooth(barycenter_weight=w).vertices for w in WEIGHTS]
-    result = prepared.smooth()
+    ops = mss.assemble(V, F)
+    best = [mss.smooth(ops, barycenter_weight=w).vertices for w in WEIGHTS]
+    result = mss.smooth(ops)
     assert across(result.vertices, clean) < 1.15 * min(across(X, clean) for X in best)
     # the difference of two numbers of the noise's size
     estimated = result.estimated_error / edge_of(*clean)
@@ -83,7 +83,7 @@ def test_what_cannot_be_told_is_said():
 def correlated_sheet():
     V, F = sheet(60, 50)
     V = V * [1, 1, 0]
-    L = mss.prepare(V, F).L
+    L = mss.assemble(V, F).L
     field = np.random.default_rng(7).standard_normal((len(V), 3))
     for _ in range(3):
         field -= 6 / 7 * (L @ field)
@@ -94,7 +94,7 @@ def correlated_sheet():
 def test_a_rim_moves_across_the_surface_where_neighbors_share_the_noise():
     V, F, clean = correlated_sheet()
     result, held = mss.smooth(V, F), mss.smooth(V, F, boundary="fixed")
-    rim = mss.prepare(V, F).rim.vertices
+    rim = mss.assemble(V, F).boundary_vertices
     assert result.noise.kind == "correlated"
     assert np.array_equal(held.vertices[rim], V[rim])
     moved = result.vertices[rim] - V[rim]

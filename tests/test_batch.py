@@ -24,7 +24,7 @@ from meshlab_specsmooth.batching.work import RECORD_ENDING, Job
 from meshlab_specsmooth.cli import batch as command_line
 from meshlab_specsmooth.cli import main
 from meshlab_specsmooth.geometry.surface import signed_volume
-from meshlab_specsmooth.meshlab import files, meshset
+from meshlab_specsmooth.meshlab import mesh_files, meshset
 from meshlab_specsmooth.report import contact_sheet
 from meshlab_specsmooth.runtime import backend, temporary
 from tests.meshes import rough, sheet, torus
@@ -35,7 +35,7 @@ posix = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 def scans(folder, count=3, size=(20, 12)):
     folder.mkdir(parents=True, exist_ok=True)
     for number in range(count):
-        files.write(meshset.new(*rough(torus(*size), seed=number)), folder / f"scan{number}.ply")
+        mesh_files.write(meshset.new(*rough(torus(*size), seed=number)), folder / f"scan{number}.ply")
     return folder
 
 
@@ -83,7 +83,7 @@ worker.serve(fake)
 def test_each_mesh_becomes_what_smooth_makes_of_it(tmp_path):
     inputs = scans(tmp_path / "in", 2)
     (inputs / "sub").mkdir()
-    files.write(meshset.new(*rough(sheet())), inputs / "sub" / "open.ply")
+    mesh_files.write(meshset.new(*rough(sheet())), inputs / "sub" / "open.ply")
     seen, fractions = [], []
     summary = batch(inputs, tmp_path / "out", barycenter_weight=0.5, each=seen.append, progress=fractions.append)
     assert summary.is_complete
@@ -99,14 +99,14 @@ def test_each_mesh_becomes_what_smooth_makes_of_it(tmp_path):
     assert by_name["open"].volume_change is None
     assert by_name["scan0"].vertices == 240
     ends = (by_name["scan0"].input, by_name["scan0"].output)
-    before, after = (signed_volume(mss.Surface(*meshset.pull(files.read(path)))) for path in ends)
+    before, after = (signed_volume(mss.Surface(*meshset.get_arrays(mesh_files.read(path)))) for path in ends)
     assert by_name["scan0"].volume_change == pytest.approx(after / before - 1, abs=1e-6)
     assert by_name["scan0"].seconds > 0
 
 
 def test_what_numba_would_bring_is_said_by_the_process_that_has_a_standard_error(tmp_path, monkeypatch):
     monkeypatch.setattr(local, "outcomes", lambda *_: (outcome for outcome in ()))
-    monkeypatch.setattr(backend, "_said", threading.Event())
+    monkeypatch.setattr(backend, "_has_warned", threading.Event())
     monkeypatch.setattr(backend, "LARGE", 100)
     monkeypatch.setitem(sys.modules, "numba", None)
     with pytest.warns(mss.Slow, match="numba is not installed"):
@@ -200,9 +200,9 @@ def test_other_settings_another_version_and_a_wish_are_reasons_to_do_it_again(tm
 def test_a_share_of_the_diagonal_is_one_of_each_mesh(tmp_path, in_this_process):
     inputs = scans(tmp_path / "in", 1)
     V, F = torus()
-    files.write(meshset.new(100 * V, F), inputs / "large.ply")
+    mesh_files.write(meshset.new(100 * V, F), inputs / "large.ply")
     cutoffs = [o.cutoff for o in batch(inputs, tmp_path / "a", wavelength=pymeshlab.PercentageValue(25)).outcomes]
-    files.write(meshset.new(V, F), inputs / "large.ply")
+    mesh_files.write(meshset.new(V, F), inputs / "large.ply")
     same = [o.cutoff for o in batch(inputs, tmp_path / "b", wavelength=pymeshlab.PercentageValue(25)).outcomes]
     assert same == pytest.approx(cutoffs, rel=1e-5)
 
@@ -210,7 +210,7 @@ def test_a_share_of_the_diagonal_is_one_of_each_mesh(tmp_path, in_this_process):
 def test_the_noise_that_was_measured_is_in_the_summary(tmp_path, in_this_process):
     path = scans(tmp_path / "in", 1) / "scan0.ply"
     (outcome,) = batch([path], tmp_path / "out", filter_name="apply_coord_edge_aware_smoothing").outcomes
-    V, F = meshset.pull(files.read(path))
+    V, F = meshset.get_arrays(mesh_files.read(path))
     assert outcome.noise == pytest.approx(mss.smooth_edge_aware(V, F).noise.level)
     assert outcome.cutoff is None
     (outcome,) = batch([path], tmp_path / "other").outcomes
@@ -230,9 +230,9 @@ def test_denoising_takes_its_own_options_and_reports_a_selection(tmp_path, in_th
     assert line in printed.out
     assert line not in printed.err
     assert line in (out / "summary.csv").read_text()
-    V, F = meshset.pull(files.read(tmp_path / "tile.ply"))
+    V, F = meshset.get_arrays(mesh_files.read(tmp_path / "tile.ply"))
     expected = mss.denoise(V, F, mask=np.arange(54) < 30, boundary="fixed", creases=60)
-    assert np.array_equal(meshset.pull(files.read(out / "tile.ply"))[0], expected.vertices)
+    assert np.array_equal(meshset.get_arrays(mesh_files.read(out / "tile.ply"))[0], expected.vertices)
 
 
 def test_wrong_settings_are_refused_before_anything_is_done(tmp_path):
@@ -351,7 +351,7 @@ def records(out):
 def assert_nothing_looks_finished_that_is_not(out):
     """Each mesh in the folder can be read, and is whole; what has a record is what is recorded."""
     for path in out.glob("*.ply"):
-        assert files.read(path).current_mesh().vertex_number() > 0
+        assert mesh_files.read(path).current_mesh().vertex_number() > 0
     for record in records(out):
         output = str(record)[: -len(RECORD_ENDING)]
         assert work.read_record(output).is_of(output)
@@ -394,7 +394,7 @@ def test_what_is_left_by_the_dead_is_removed_and_by_the_living_not(tmp_path):
         reader, writer = os.pipe()
         process = os.fork()
         if process == 0:
-            os.write(writer, str(temporary.make(tmp_path).root).encode())
+            os.write(writer, str(temporary.create(tmp_path).root).encode())
             if not ends:
                 time.sleep(60)
             os._exit(0)
@@ -409,12 +409,12 @@ def test_what_is_left_by_the_dead_is_removed_and_by_the_living_not(tmp_path):
         folder.mkdir()
     os.utime(old, (0, 0))
     strange.write_text("a file")
-    temporary.sweep(tmp_path)
+    temporary.remove_stale(tmp_path)
     assert not dead.exists()
     assert set(tmp_path.iterdir()) == {alive, begun, strange}  # whatever number its process has, and where
     os.kill(process, signal.SIGKILL)
     os.waitpid(process, 0)
-    temporary.sweep(tmp_path)
+    temporary.remove_stale(tmp_path)
     assert set(tmp_path.iterdir()) == {begun, strange}
 
 

@@ -15,19 +15,20 @@ import pymeshlab
 import pytest
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth.cli import demo, main, smooth
-from meshlab_specsmooth.cli.denoise import crossed
+from meshlab_specsmooth.cli import demo, main
+from meshlab_specsmooth.cli.denoise import count_self_intersections
 from meshlab_specsmooth.cli.progress import bar
-from meshlab_specsmooth.meshlab import files, meshset
+from meshlab_specsmooth.meshlab import mesh_files, meshset
 from meshlab_specsmooth.meshlab.descriptors import load, names
-from meshlab_specsmooth.runtime import backend
+from meshlab_specsmooth.meshlab.filters import FILTERS
+from meshlab_specsmooth.runtime import atomic, backend
 from tests.meshes import rough, torus
 
 
 @pytest.fixture
 def scan(tmp_path):
     path = tmp_path / "scan.ply"
-    files.write(meshset.new(*rough(torus(20, 12))), path)
+    mesh_files.write(meshset.new(*rough(torus(20, 12))), path)
     return path
 
 
@@ -56,9 +57,9 @@ def run_here(capfd):
 def test_smooth_reads_smooths_and_writes(scan, tmp_path, capsys):
     out = tmp_path / "out.obj"
     assert main(["smooth", str(scan), str(out), "--modes", "31", "--barycenter-weight", "0.5"]) == 0
-    V, F = meshset.pull(files.read(scan))
+    V, F = meshset.get_arrays(mesh_files.read(scan))
     expected = mss.smooth(V, F, modes=31, barycenter_weight=0.5)
-    written, _ = meshset.pull(files.read(out))
+    written, _ = meshset.get_arrays(mesh_files.read(out))
     assert written == pytest.approx(expected.vertices, abs=1e-6)
     printed = capsys.readouterr()
     assert "240 vertices" in printed.out
@@ -68,7 +69,7 @@ def test_smooth_reads_smooths_and_writes(scan, tmp_path, capsys):
 
 
 def test_smooth_says_what_it_measured_and_chose_and_warns(scan, tmp_path, capsys):
-    V, F = meshset.pull(files.read(scan))
+    V, F = meshset.get_arrays(mesh_files.read(scan))
     expected = mss.smooth(V, F)
     assert main(["smooth", str(scan), str(tmp_path / "out.ply")]) == 0
     printed = capsys.readouterr()
@@ -94,9 +95,9 @@ def test_a_point_cloud_is_refused_with_a_remedy(tmp_path, capsys):
 def test_denoise_reads_denoises_and_writes_and_says_what_it_considered(scan, tmp_path, capsys):
     out = tmp_path / "out.ply"
     assert main(["denoise", str(scan), str(out), "--criterion", "normals"]) == 0
-    V, F = meshset.pull(files.read(scan))
+    V, F = meshset.get_arrays(mesh_files.read(scan))
     expected = mss.denoise(V, F, criterion="normals")
-    written, _ = meshset.pull(files.read(out))
+    written, _ = meshset.get_arrays(mesh_files.read(out))
     assert written == pytest.approx(expected.vertices, abs=1e-6)
     printed = capsys.readouterr().out
     assert f"  {expected.summary}\n" in printed
@@ -114,15 +115,15 @@ def test_only_faces_that_did_not_cross_before_are_new():
     faces = np.arange(12).reshape(-1, 3)
     before = np.concatenate([flat, across, flat + aside, apart + aside])
     after = np.concatenate([flat, across, flat + aside, across + aside])
-    assert crossed(before, after, faces) == (4, 2)
-    assert crossed(after, before, faces) == (2, 0)
-    assert crossed(after, np.concatenate([flat, apart, flat + aside, apart + aside]), faces) == (0, 0)
+    assert count_self_intersections(before, after, faces) == (4, 2)
+    assert count_self_intersections(after, before, faces) == (2, 0)
+    assert count_self_intersections(after, np.concatenate([flat, apart, flat + aside, apart + aside]), faces) == (0, 0)
 
 
 @pytest.mark.parametrize("length", ["25%", "2.5"])
 def test_a_wavelength_is_a_number_or_a_percentage(scan, tmp_path, capsys, length):
     assert main(["smooth", str(scan), str(tmp_path / "o.ply"), "--wavelength", length]) == 0
-    ms = files.read(scan)
+    ms = mesh_files.read(scan)
     wave = 2.5 if length == "2.5" else 0.25 * ms.current_mesh().bounding_box().diagonal()
     assert f"--wavelength {wave:.4g} " in capsys.readouterr().out
 
@@ -181,8 +182,8 @@ def test_smooth_refuses_its_target_before_it_computes(scan, tmp_path, monkeypatc
     def compute(*_, **__):
         raise AssertionError("it read or computed first")
 
-    monkeypatch.setattr(files, "read", compute)
-    monkeypatch.setattr(smooth.filters, "apply_coord_spectral_smoothing", compute)
+    monkeypatch.setattr(mesh_files, "read", compute)
+    monkeypatch.setitem(FILTERS, "apply_coord_spectral_smoothing", compute)
     assert main(["smooth", str(scan), str(tmp_path / name)]) == 1
     assert name in capsys.readouterr().err
 
@@ -191,13 +192,13 @@ def test_an_error_of_meshlab_while_it_works_is_a_failure_and_no_wrong_usage(scan
     def fail(*_, **__):
         raise pymeshlab.PyMeshLabException("Failed to apply filter:\nout of luck")
 
-    monkeypatch.setattr(smooth.filters, "apply_coord_spectral_smoothing", fail)
+    monkeypatch.setitem(FILTERS, "apply_coord_spectral_smoothing", fail)
     assert main(["smooth", str(scan), str(tmp_path / "o.ply")]) == 1
     assert capsys.readouterr().err == "specsmooth: Failed to apply filter: out of luck\n"
 
 
 def test_smooth_keeps_the_textures(tmp_path):
-    sample = files.sample("bunny10k_textured.obj")
+    sample = mesh_files.sample("bunny10k_textured.obj")
     assert main(["smooth", str(sample), str(tmp_path / "o.obj"), "--modes", "50"]) == 0
     texture = sample.with_name("TextureDouble_A.png")
     assert (tmp_path / texture.name).read_bytes() == texture.read_bytes()
@@ -207,7 +208,7 @@ def test_an_interrupt_is_a_failure_without_a_traceback(scan, tmp_path, monkeypat
     def interrupt(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(files, "read", interrupt)
+    monkeypatch.setattr(mesh_files, "read", interrupt)
     assert main(["smooth", str(scan), str(tmp_path / "o.ply")]) == 1
     assert capsys.readouterr().err == "specsmooth: interrupted\n"
 
@@ -261,7 +262,7 @@ def test_an_error_of_the_operating_system_is_one_line(scan, tmp_path, monkeypatc
     def refuse(*_, **__):
         raise PermissionError(13, "Permission denied", "some/file")
 
-    monkeypatch.setattr(files, "read", refuse)
+    monkeypatch.setattr(mesh_files, "read", refuse)
     assert main(["smooth", str(scan), str(tmp_path / "o.ply")]) == 1
     assert capsys.readouterr().err == "specsmooth: some/file: Permission denied\n"
 
@@ -276,8 +277,8 @@ def test_a_signal_leaves_nothing_behind(scan, tmp_path, monkeypatch, name):
         os.kill(os.getpid(), number)
         time.sleep(5)
 
-    monkeypatch.setattr(files, "_save", lambda *_: None)  # by check_target
-    monkeypatch.setattr(files, "_lay_textures", end_it)
+    monkeypatch.setattr(mesh_files, "_save", lambda *_: None)  # by check_target
+    monkeypatch.setattr(mesh_files, "copy_textures", end_it)
     with pytest.raises(SystemExit) as ended:
         main(["smooth", str(scan), str(tmp_path / "o.ply")])
     assert ended.value.code == 128 + number
@@ -291,9 +292,9 @@ def test_signals_that_are_taken_or_ignored_stay_so_and_threads_have_none(scan, t
 
     def look(target):
         seen.append(signal.getsignal(signal.SIGHUP))
-        return files.check_place(target)
+        return atomic.check_place(target)
 
-    monkeypatch.setattr(smooth.files, "check_target", look)
+    monkeypatch.setattr(mesh_files, "check_target", look)
     arguments = ["smooth", str(scan), str(tmp_path)]  # a folder: the end comes early
     before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
     try:
@@ -332,7 +333,7 @@ def test_an_interrupt_at_any_moment_leaves_the_old_output_or_the_whole_new_one(t
     folder.mkdir()
     temporary.mkdir()
     monkeypatch.setenv("TMPDIR", str(temporary))
-    files.write(meshset.new(*rough(torus(80, 60))), places["scan.ply"])
+    mesh_files.write(meshset.new(*rough(torus(80, 60))), places["scan.ply"])
     waits = np.random.default_rng(3)
     usual, codes = 0.0, []
     with subprocess.Popen(
@@ -382,13 +383,13 @@ def test_the_process_of_a_command_has_its_exit_code_and_streams(scan, tmp_path):
 def test_that_something_is_slow_is_a_line_and_other_warnings_are_pythons(scan, tmp_path, monkeypatch, capsys):
     monkeypatch.setitem(sys.modules, "numba", None)
     monkeypatch.setattr(backend, "LARGE", 100)
-    monkeypatch.setattr(backend, "_said", threading.Event())
+    monkeypatch.setattr(backend, "_has_warned", threading.Event())
     assert main(["smooth", str(scan), str(tmp_path / "o.ply"), "--modes", "31"]) == 0
     line = (
         "numba is not installed (pip install numba threadpoolctl); without numba this takes two to five times as long"
     )
     assert capsys.readouterr().err == f"specsmooth: {line}\n"
-    monkeypatch.setattr(files, "read", lambda *_, **__: warnings.warn("other", stacklevel=1))
+    monkeypatch.setattr(mesh_files, "read", lambda *_, **__: warnings.warn("other", stacklevel=1))
     with pytest.raises(UserWarning, match="other"):
         main(["smooth", str(scan), str(tmp_path / "o.ply")])
 
@@ -430,7 +431,7 @@ def test_an_error_without_words_of_the_system_is_one_line(scan, tmp_path, monkey
     def fail(*_, **__):
         raise error
 
-    monkeypatch.setattr(files, "read", fail)
+    monkeypatch.setattr(mesh_files, "read", fail)
     assert main(["smooth", str(scan), str(tmp_path / "o.ply")]) == 1
     assert capsys.readouterr().err == f"specsmooth: {problem}\n"
 
@@ -545,7 +546,7 @@ def test_the_console_script_is_installed(scan):
     script = Path(sys.executable).with_name("specsmooth")
     done = subprocess.run([script, "--version"], capture_output=True, text=True, check=True)
     assert done.stdout == f"specsmooth {mss.__version__}\n"
-    assert np.isfinite(meshset.pull(files.read(scan))[0]).all()
+    assert np.isfinite(meshset.get_arrays(mesh_files.read(scan))[0]).all()
 
 
 def test_filters_are_listed_and_described(capsys):
@@ -570,7 +571,7 @@ def test_run_applies_a_script_to_a_file(scan, tmp_path, capsys):
     ms.apply_coord_spectral_smoothing(modes=30)
     ms.save_filter_script(str(tmp_path / "s.mlx"))
     assert main(["run", str(tmp_path / "s.mlx"), str(scan), str(tmp_path / "o.ply")]) == 0
-    written, _ = meshset.pull(files.read(tmp_path / "o.ply"))
+    written, _ = meshset.get_arrays(mesh_files.read(tmp_path / "o.ply"))
     assert written == pytest.approx(ms.current_mesh().vertex_matrix(), abs=1e-6)
     assert capsys.readouterr().out == f"{tmp_path / 'o.ply'}: Taubin Smooth, Spectral Smooth\n"
 

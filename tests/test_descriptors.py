@@ -4,6 +4,7 @@ import re
 import pytest
 
 import meshlab_specsmooth as mss
+from meshlab_specsmooth import parameters
 from meshlab_specsmooth.errors import InvalidXml
 from meshlab_specsmooth.meshlab import xmltree
 from meshlab_specsmooth.meshlab.descriptors import Length, load, names, read
@@ -44,25 +45,25 @@ def test_every_part_is_read():
         ("MESHLAB_FILTER_INTERFACE", "INTERFACE", 3, "expected <MESHLAB_FILTER_INTERFACE>, found <INTERFACE>"),
         (' pluginEmail="E"', "", 4, "<PLUGIN> lacks pluginEmail"),
         (' pluginEmail="E"', ' pluginEmail="E" pluginFax="7"', 4, "unknown pluginFax"),
-        ("apply_coord_flat", "flat out", 5, "'flat out' is no Python name"),
+        ("apply_coord_flat", "flat out", 5, "'flat out' is not a Python name"),
         ("<FILTER_HELP><![CDATA[ Makes <i>flat</i>. ]]></FILTER_HELP>", "", 5, "expected <FILTER_HELP>, <PARAM>"),
         ("<FILTER_HELP>", "<HINT/><FILTER_HELP>", 5, "contains <HINT>, <FILTER_HELP>"),
         ("<PARAM_HELP>Very?</PARAM_HELP>", "", 7, "one PARAM_HELP and one GUI element"),
         ('parDefault="true"', 'parDefault="yes"', 7, "'yes' is neither true nor false"),
         ('<CHECKBOX_GUI guiLabel="Much"/>', '<STRING_GUI guiLabel="Much"/>', 7, "does not go with STRING_GUI"),
         ('parType="Boolean"', 'parType="Color"', 7, "parType 'Color' does not go with"),
-        ('parName="count"', 'parName="the count"', 8, "'the count' is no Python name"),
+        ('parName="count"', 'parName="the count"', 8, "'the count' is not a Python name"),
         ('parName="count"', 'parName="much"', 8, "'much' is described twice"),
-        ('parDefault="3"', 'parDefault="3.5"', 8, "'3.5' is no whole number"),
-        ('parDefault="0.5"', 'parDefault="half"', 9, "'half' is no finite number"),
+        ('parDefault="3"', 'parDefault="3.5"', 8, "'3.5' is not an integer"),
+        ('parDefault="0.5"', 'parDefault="half"', 9, "'half' is not a finite number"),
         ('parDefault="0.5"', 'parDefault="1.5"', 9, r"parDefault 1.5 lies outside \[0, 1\]"),
-        ('guiMax="1"', 'guiMax="inf"', 9, "'inf' is no finite number"),
+        ('guiMax="1"', 'guiMax="inf"', 9, "'inf' is not a finite number"),
         ("bboxDiag() / 50", "bboxDiag() / 0", 10, "divides by zero"),
-        ("bboxDiag() / 50", "bboxDiag(); import os", 10, "is no finite number"),
+        ("bboxDiag() / 50", "bboxDiag(); import os", 10, "is not a finite number"),
         ("{up : 0 | down : 1}", "{up : 1 | down : 0}", 11, "is not of the form"),
         ("Enum {up : 0 | down : 1}", "Enum up, down", 11, "is not of the form"),
-        ('parDefault="down"', 'parDefault="left"', 11, "'left' is none of up, down"),
-        ('"SingleMesh"', '"Banana"', 5, "filterArity has 'Banana', which is none of SingleMesh"),
+        ('parDefault="down"', 'parDefault="left"', 11, "'left' is not one of up, down"),
+        ('"SingleMesh"', '"Banana"', 5, "filterArity has 'Banana', which is not one of SingleMesh"),
         ('filterPre="MM_NONE"', 'filterPre="MM_NONE | MM_FOO"', 5, "filterPre has 'MM_FOO'"),
         ('"Smoothing"', '"Cooking"', 5, "filterClass has 'Cooking'"),
         ('filterIsInterruptible="false"', 'filterIsInterruptible="no"', 5, "filterIsInterruptible has 'no'"),
@@ -93,7 +94,7 @@ def test_entities_and_depth_and_size_are_bounded(monkeypatch):
         read(bomb, "x.xml")
     with pytest.raises(InvalidXml, match="deeper than"):
         read(b"<a>" * 100, "x.xml")
-    monkeypatch.setattr(xmltree, "LARGEST_FILE", 10)
+    monkeypatch.setattr(xmltree, "MAX_FILE_SIZE", 10)
     with pytest.raises(InvalidXml, match="has 43 bytes; at most 10"):
         read(bomb, "x.xml")
     with pytest.raises(InvalidXml, match="no element found"):
@@ -110,40 +111,75 @@ def test_the_package_s_own_descriptors_are_well_formed_and_named_as_their_files(
             assert parameter.help.endswith("."), (name, parameter.name)
 
 
-# what a filter takes from the MeshSet, and the function on arrays as arrays; and what it has besides
+# taken from the MeshSet by a filter, and passed as arrays to a function
 FROM_THE_MESH = {"features", "selected", "creases", "crease_angle"}
 ARRAYS = {"mask", "features", "creases", "progress", "mesh", "vertices", "faces"}
-# what the displacement as quality is computed without; and what enhancement means by "auto", as it chooses no weight
+# fields without effect on the displacement as quality; meaning of "auto" for enhancement, which chooses no weight
 WITHOUT = {"compute_scalar_by_spectral_displacement": {"feature_gain"}}
 MEANT = {"apply_coord_spectral_enhancement": {"boundary": "fixed"}}
+# accepted by the numerics; None: any positive number
+BOUNDS = {
+    "modes": None,
+    "wavelength": None,
+    "longest": None,
+    "shortest": None,
+    "barycenter_weight": parameters.BARYCENTER_WEIGHT_BOUNDS,
+    "feature_gain": parameters.GAIN_BOUNDS,
+    "gain": parameters.GAIN_BOUNDS,
+    "strength": parameters.STRENGTH_BOUNDS,
+    "range_sigma": parameters.RANGE_SIGMA_BOUNDS,
+    "iterations": (1, parameters.MAX_ITERATIONS),
+    "bands": parameters.BAND_BOUNDS,
+}
+FACE_BOUNDS = BOUNDS | {"iterations": (1, parameters.MAX_FACE_ITERATIONS)}
+FUNCTIONS = {
+    "apply_coord_spectral_smoothing": mss.smooth,
+    "compute_scalar_by_spectral_displacement": mss.smooth,
+    "apply_coord_spectral_low_pass": mss.low_pass,
+    "apply_coord_spectral_enhancement": mss.enhance,
+    "apply_coord_spectral_denoising": mss.denoise,
+    "apply_coord_edge_aware_smoothing": mss.smooth_edge_aware,
+    "get_spectrum": mss.spectrum,
+}
 
 
-@pytest.mark.parametrize(
-    ("name", "function"),
-    [
-        ("apply_coord_spectral_smoothing", mss.smooth),
-        ("compute_scalar_by_spectral_displacement", mss.smooth),
-        ("apply_coord_spectral_low_pass", mss.low_pass),
-        ("apply_coord_spectral_enhancement", mss.enhance),
-        ("apply_coord_spectral_denoising", mss.denoise),
-        ("apply_coord_edge_aware_smoothing", mss.smooth_edge_aware),
-        ("get_spectrum", mss.spectrum),
-    ],
-)
-def test_a_filter_and_its_function_on_arrays_have_the_same_parameters_and_defaults(name, function):
+def fields_of(function):
+    """Settings of a function and their defaults, of which the numerics are the only source."""
+    return {name: parameter.default for name, parameter in inspect.signature(function).parameters.items()}
+
+
+def test_every_filter_has_a_function_on_arrays():
+    assert FUNCTIONS.keys() == set(names())
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_a_filter_and_its_function_on_arrays_have_the_same_parameters_and_defaults(name):
     described = {p.name: p.default for p in load(name).parameters if p.name not in FROM_THE_MESH}
-    parameters = inspect.signature(function).parameters
     left_out = ARRAYS | WITHOUT.get(name, set())
-    defaults = {key: p.default for key, p in parameters.items() if key not in left_out} | MEANT.get(name, {})
-    assert described.keys() == defaults.keys()
-    # a filter's parameters all have a value: 0 stands for one that is not given
-    assert described == {key: 0 if default is None else default for key, default in defaults.items()}
+    fields = {key: value for key, value in fields_of(FUNCTIONS[name]).items() if key not in left_out}
+    assert described.keys() == fields.keys()
+    # every parameter of a filter has a value: 0 stands for None
+    assert described == {key: 0 if value is None else value for key, value in (fields | MEANT.get(name, {})).items()}
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_the_bounds_of_a_filter_are_within_those_of_its_function(name):
+    fields = fields_of(FUNCTIONS[name])
+    known = FACE_BOUNDS if FUNCTIONS[name] is mss.smooth_edge_aware else BOUNDS
+    for parameter in load(name).parameters:
+        if parameter.type not in ("int", "float", "length") or parameter.name in FROM_THE_MESH:
+            continue
+        bounds = known[parameter.name]
+        if bounds is not None:
+            assert parameter.maximum <= bounds[1], parameter.name
+        low = 0 if bounds is None else bounds[0]
+        stands_for_none = fields[parameter.name] is None and parameter.minimum == 0
+        assert stands_for_none or parameter.minimum >= low, parameter.name
 
 
 def test_the_methods_of_a_prepared_surface_have_the_defaults_of_the_functions():
     for name in ("smooth", "low_pass", "enhance"):
-        function = inspect.signature(getattr(mss, name)).parameters
-        method = inspect.signature(getattr(mss.Prepared, name)).parameters
+        function, method = fields_of(getattr(mss, name)), fields_of(getattr(mss.Prepared, name))
         common = method.keys() & function.keys() - {"self"}
         assert len(common) > 5
-        assert {key: method[key].default for key in common} == {key: function[key].default for key in common}
+        assert {key: method[key] for key in common} == {key: function[key] for key in common}

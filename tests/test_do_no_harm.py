@@ -11,10 +11,10 @@ import meshlab_specsmooth as mss
 from meshlab_specsmooth.geometry.surface import Surface, is_closed, signed_volume
 from meshlab_specsmooth.geometry.triangles import compute_aspects, compute_heights
 from meshlab_specsmooth.geometry.welding import find_copies
-from meshlab_specsmooth.noise.estimate import nothing
+from meshlab_specsmooth.noise.model import Noise
 from meshlab_specsmooth.noise.outliers import replace_outliers
 from meshlab_specsmooth.noise.shape_change import compare_shapes
-from meshlab_specsmooth.smoothing.api import assemble
+from meshlab_specsmooth.operators.assemble import assemble
 from tests.meshes import box, rough, sheet, together, torus
 
 BOTH = pytest.mark.parametrize("function", [mss.smooth, mss.denoise], ids=["smooth", "denoise"])
@@ -284,7 +284,7 @@ def test_strays_next_to_each_other_and_on_a_clean_surface_are_found_and_corners_
     others = np.setdiff1d(np.arange(len(V)), result.outliers)
     assert np.array_equal(result.vertices[others], W[others])
     for shape in (box(10), cone(60), prism(circle(60), 40.0, rows=26)):
-        assert len(replace_outliers(*(lambda p: (p.positions, p.L))(assemble(*shape, "uniform")))[1]) == 0
+        assert len(replace_outliers(*(lambda p: (p.positions, p.L))(assemble(*shape)))[1]) == 0
 
 
 def test_a_mask_keeps_strays_where_they_are():
@@ -304,14 +304,14 @@ def test_the_change_of_a_shape_is_measured_for_each_component():
     W = V.copy()
     center = V[:600].mean(axis=0)
     W[:600] = center + 0.9 * (V[:600] - center)
-    change = compare_shapes(V, W, F, np.array([True, True, False]), labels, nothing(1.0))
+    change = compare_shapes(V, W, F, np.array([True, True, False]), labels, Noise.zero(1.0))
     assert change.excessive.tolist() == [True, False, False]
     assert change.volume[:2] == pytest.approx([0.9**3 - 1, 0])
     assert np.isnan(change.volume[2])
     assert change.size == pytest.approx([-0.1, 0, 0], abs=1e-9)
     assert change.edge == pytest.approx([-0.1, 0, 0], abs=1e-9)
     # one component by the compiled sums, the same
-    alone = compare_shapes(V[:600], W[:600], F[:1200], np.array([True]), None, nothing(1.0))
+    alone = compare_shapes(V[:600], W[:600], F[:1200], np.array([True]), None, Noise.zero(1.0))
     assert alone.volume[0] == pytest.approx(change.volume[0])
     assert alone.offset[0] == pytest.approx(change.offset[0])
 

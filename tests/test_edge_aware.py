@@ -4,12 +4,16 @@ import numpy as np
 import pymeshlab
 import pytest
 from hypothesis import given, settings
+from scipy.sparse import csr_array
 
 import meshlab_specsmooth as mss
 from meshlab_specsmooth.comparison.metrics import normal_error, vertex_error, volume_change
 from meshlab_specsmooth.edge_aware import mesh as mesh_of_edges
-from meshlab_specsmooth.graph import faces, faces_compiled
-from meshlab_specsmooth.meshlab import files, meshset
+from meshlab_specsmooth.graph import backend, face_adjacency_numba, face_adjacency_scipy
+from meshlab_specsmooth.graph.face_adjacency import MAX_FACES_OF_A_VERTEX
+from meshlab_specsmooth.graph.face_kernels_numba import NumbaFaceKernels
+from meshlab_specsmooth.graph.face_kernels_scipy import ScipyFaceKernels
+from meshlab_specsmooth.meshlab import mesh_files, meshset
 from meshlab_specsmooth.operators import patches
 from tests.meshes import box, flaws, meshes, rough, sheet, torus
 
@@ -272,7 +276,7 @@ def test_the_denoising_filter_is_the_function():
 def test_compiled_graph_is_the_reference(mesh):
     V, F = mesh
     F = np.ascontiguousarray(F, dtype=np.int32)
-    one, other = faces.neighbors(F, len(V)), faces_compiled.neighbors(F, len(V))
+    one, other = face_adjacency_scipy.face_graph(F, len(V)), face_adjacency_numba.face_graph(F, len(V))
     for name in ("indptr", "indices", "vertex_indptr", "vertex_faces"):
         a, b = getattr(one, name), getattr(other, name)
         assert a.dtype == b.dtype == np.int32
@@ -280,24 +284,24 @@ def test_compiled_graph_is_the_reference(mesh):
 
 
 def test_faces_of_a_hub_are_neighbors_through_the_rim_alone():
-    k = faces.MOST_FACES_OF_A_VERTEX + 10
+    k = MAX_FACES_OF_A_VERTEX + 10
     rim = np.arange(1, k + 1)
     F = np.stack([np.zeros(k, dtype=int), rim, np.roll(rim, -1)], axis=1).astype(np.int32)
-    for graph in (faces.neighbors(F, k + 1), faces_compiled.neighbors(F, k + 1)):
+    for graph in (face_adjacency_scipy.face_graph(F, k + 1), face_adjacency_numba.face_graph(F, k + 1)):
         assert (np.diff(graph.indptr) == 2).all()
 
 
 def test_compiled_sweeps_are_the_reference():
     V, F = rough(torus(), 0.3)
-    graph = faces.neighbors(np.ascontiguousarray(F, dtype=np.int32), len(V))
-    one, other = faces.ReferenceFaceKernels(graph), faces_compiled.CompiledFaceKernels(graph)
+    graph = face_adjacency_scipy.face_graph(np.ascontiguousarray(F, dtype=np.int32), len(V))
+    one, other = ScipyFaceKernels(graph), NumbaFaceKernels(graph)
     rng = np.random.default_rng(0)
-    frames = [kernels.frames(V) for kernels in (one, other)]
+    frames = [kernels.face_geometry(V) for kernels in (one, other)]
     for a, b in zip(*frames, strict=True):
         assert apart(a, b) < 1e-12 * np.abs(a).max()
     center, N, area = frames[0]
     root = np.sqrt(area / area.mean())
-    weights = [kernels.weigh(center, N, root, 0.7, 5.0) for kernels in (one, other)]
+    weights = [kernels.bilateral_weights(center, N, root, 0.7, 5.0) for kernels in (one, other)]
     for a, b in zip(*weights, strict=True):
         assert apart(a, b) < 1e-12 * a.max()
     weight, degree = weights[0]
@@ -305,27 +309,27 @@ def test_compiled_sweeps_are_the_reference():
     solved = [k.solve(weight, diagonal, 2.0, root[:, None] ** 2 * N, N, 1e-6, 12) for k in (one, other)]
     assert apart(*solved) < 1e-12 * np.abs(solved[0]).max()
     pull = rng.random(len(V)) / 6
-    fitted = [kernels.fit(V, N, pull, 15) for kernels in (one, other)]
+    fitted = [kernels.update_vertices(V, N, pull, 15) for kernels in (one, other)]
     assert apart(*fitted) < 1e-12 * np.abs(V).max()
 
 
 def test_the_solve_solves():
     V, F = rough(torus(), 0.3)
-    graph = faces.face_graph(np.ascontiguousarray(F, dtype=np.int32), len(V))
-    reference = faces.ReferenceFaceKernels(graph)
-    center, N, area = reference.frames(V)
+    graph = backend.face_graph(np.ascontiguousarray(F, dtype=np.int32), len(V))
+    reference = ScipyFaceKernels(graph)
+    center, N, area = reference.face_geometry(V)
     root = np.sqrt(area / area.mean())
-    weight, degree = reference.weigh(center, N, root, 0.7, 5.0)
+    weight, degree = reference.bilateral_weights(center, N, root, 0.7, 5.0)
     diagonal = root**2 + 2 * degree
-    X = faces.face_kernels(graph).solve(weight, diagonal, 2.0, N, np.zeros_like(N), 1e-9, 500)
-    W = faces.csr_array((weight, graph.indices, graph.indptr), shape=(graph.size, graph.size))
+    X = backend.face_kernels(graph).solve(weight, diagonal, 2.0, N, np.zeros_like(N), 1e-9, 500)
+    W = csr_array((weight, graph.indices, graph.indptr), shape=(graph.size, graph.size))
     assert apart(diagonal[:, None] * X - 2.0 * (W @ X), N) < 1e-6
 
 
 def test_without_the_extra_the_result_is_the_same(monkeypatch):
     with_it = mss.smooth_edge_aware(*NOISY, **FIXED)
-    monkeypatch.setattr(mesh_of_edges, "face_graph", faces.neighbors)
-    monkeypatch.setattr(mesh_of_edges, "face_kernels", faces.ReferenceFaceKernels)
+    monkeypatch.setattr(mesh_of_edges, "face_graph", face_adjacency_scipy.face_graph)
+    monkeypatch.setattr(mesh_of_edges, "face_kernels", ScipyFaceKernels)
     without = mss.smooth_edge_aware(*NOISY, **FIXED)
     assert without.kernels == "scipy"
     assert apart(with_it.vertices, without.vertices) < 1e-9 * np.ptp(NOISY[0])
@@ -360,7 +364,7 @@ def test_far_impulses_on_a_box_do_not_cost_its_edges():
 
 def test_a_clean_coarse_model_is_left_alone():
     cow = Path(pymeshlab.__file__).parent / "tests" / "sample_meshes" / "cow.obj"
-    V, F = meshset.pull(files.read(cow))
+    V, F = meshset.get_arrays(mesh_files.read(cow))
     result = mss.denoise(V, F)
     assert result.noise.kind == "none"
     assert result.displacement < 0.02 * result.noise.mean_edge

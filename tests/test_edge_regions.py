@@ -3,6 +3,8 @@
 import numpy as np
 import pymeshlab
 import pytest
+from meshlab_specsmooth.edge_aware.filtering import low_pass
+from meshlab_specsmooth.edge_aware.regions import Region
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
@@ -11,12 +13,10 @@ from meshlab_specsmooth.cli import main
 from meshlab_specsmooth.comparison.metrics import normal_error
 from meshlab_specsmooth.edge_aware import mesh as mesh_of_edges
 from meshlab_specsmooth.edge_aware import pieces
-from meshlab_specsmooth.edge_aware.filtering import low_pass
-from meshlab_specsmooth.edge_aware.regions import Region
 from meshlab_specsmooth.geometry.surface import boundary_vertices, face_vectors
 from meshlab_specsmooth.graph.creases import cut_along, cut_graph, find_creases
-from meshlab_specsmooth.graph.faces import neighbors
-from meshlab_specsmooth.meshlab import creases, files, filters, meshset
+from meshlab_specsmooth.graph.face_adjacency_scipy import face_graph
+from meshlab_specsmooth.meshlab import creases, filters, mesh_files, meshset
 from meshlab_specsmooth.meshlab.creases import selected_edges
 from meshlab_specsmooth.operators import patches
 from tests import state
@@ -155,7 +155,7 @@ def test_faces_are_neighbors_where_no_crease_lies_between_them(share):
             (int(i), int(j)) for i, j in brute_force(F, n, creases)
         }
         if share == 0:
-            assert np.array_equal(graph.indices, neighbors(F, n).indices)
+            assert np.array_equal(graph.indices, face_graph(F, n).indices)
 
 
 def test_nothing_flows_across_creases():
@@ -169,8 +169,8 @@ def test_nothing_flows_across_creases():
     area = np.ones(len(F))
     N = []
     for X in (V, other):
-        guide = mesh.kernels.frames(mesh_of_edges.smooth_isotropically(mesh, X, 0.3))[1]
-        center, given, _ = mesh.kernels.frames(X)
+        guide = mesh.kernels.face_geometry(mesh_of_edges.smooth_isotropically(mesh, X, 0.3))[1]
+        center, given, _ = mesh.kernels.face_geometry(X)
         N.append((guide, low_pass(mesh.kernels, center, given, area, guide, 2.0, 0.35, parted=True)))
     for first, second, scale in zip(*N, (1e-3, 1e-5), strict=True):  # the least squares are solved to 1e-4
         far = np.abs(first - second).max(axis=1)
@@ -326,7 +326,7 @@ def test_selected_edges_are_creases(name):
     selected = meshset.new(*BOX)
     selected.compute_selection_crease_per_edge(angledegneg=-45, angledegpos=45)
     assert np.array_equal(selected_edges(selected), np.unique(np.sort(PAIRS, axis=1), axis=0))
-    meshset.push(selected, noisy[0])
+    meshset.set_vertices(selected, noisy[0])
     before = state.of_meshset(selected)
     assert len(selected_edges(selected)) == len(PAIRS)
     assert state.differences(before, state.of_meshset(selected)) == []
@@ -360,8 +360,8 @@ def test_the_command_takes_them_and_says_it_once(tmp_path, capsys):
         assert main([command, str(path), str(out), "--boundary", "fixed"]) == 0
         assert capsys.readouterr().err.count(line) == 1
     selected = np.arange(1080) < 700
-    V, _ = meshset.pull(files.read(path))
-    written, _ = meshset.pull(files.read(out))
+    V, _ = meshset.get_arrays(mesh_files.read(path))
+    written, _ = meshset.get_arrays(mesh_files.read(out))
     still = ~selected | RIM
     assert np.array_equal(written[still], V[still])
     assert (written[~still] != V[~still]).any(axis=1).all()

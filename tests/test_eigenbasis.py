@@ -7,7 +7,7 @@ import threadpoolctl
 
 import meshlab_specsmooth as mss
 from meshlab_specsmooth.runtime import blocks
-from meshlab_specsmooth.spectral import eigenbasis, inertia
+from meshlab_specsmooth.spectral import eigenbasis, inertia, lanczos
 from meshlab_specsmooth.spectral.cutoff import Cutoff
 from tests import meshes
 from tests.meshes import (
@@ -116,27 +116,27 @@ def test_blas_has_one_thread_meanwhile_and_without_the_extra_those_it_has(monkey
 
 
 def test_what_one_krylov_space_misses_is_found_by_another(monkeypatch):
-    spaces, lanczos = [], eigenbasis._lanczos
+    spaces, one_space = [], lanczos._lanczos
 
     def spy(*arguments):
         spaces.append(arguments)
-        return lanczos(*arguments)
+        return one_space(*arguments)
 
-    monkeypatch.setattr(eigenbasis, "_lanczos", spy)
+    monkeypatch.setattr(lanczos, "_lanczos", spy)
     # seven hundred equal eigenvalues, and a Krylov space has no more of them than a block has vectors
     assert eigenbasis.lowest(twin("fan"), 60).eigenvalues == pytest.approx(known("fan")[:60], abs=1e-11)
     assert len(spaces) > 1
 
 
-def test_a_space_too_small_for_any_eigenpair_is_said(monkeypatch):
-    monkeypatch.setattr(eigenbasis, "_BASIS", 0)
-    monkeypatch.setattr(eigenbasis, "_BASIS_LEAST", 16)
+def test_a_space_too_small_for_any_eigenpair_is_reported(monkeypatch):
+    monkeypatch.setattr(lanczos, "_VECTORS_PER_PAIR", 0)
+    monkeypatch.setattr(lanczos, "_EXTRA_VECTORS", 16)
     with pytest.raises(mss.NotConverged, match="of the 20 lowest eigenpairs of 1140 vertices, 20 were not found"):
         eigenbasis.lowest(twin("rough"), 20)
 
 
-def test_eigenpairs_that_are_not_accurate_are_said(monkeypatch):
-    monkeypatch.setattr(eigenbasis, "_WANTED_RESIDUAL", 1e-3)
+def test_eigenpairs_that_are_not_accurate_are_reported(monkeypatch):
+    monkeypatch.setattr(lanczos, "_WANTED_RESIDUAL", 1e-3)
     with pytest.raises(mss.NotConverged, match=r"residuals up to .*e-.*, not 1e-08"):
         eigenbasis.lowest(twin("rough"), 20)
 
@@ -144,9 +144,9 @@ def test_eigenpairs_that_are_not_accurate_are_said(monkeypatch):
 @pytest.mark.parametrize(("name", "work"), [
     ("rough", lambda S, p: eigenbasis.lowest(S, 40, p)),
     ("components", lambda S, p: eigenbasis.lowest(S, 40, p)),
-    ("components", lambda S, p: eigenbasis.covering(S, 40, p)),
-    ("components", lambda S, p: eigenbasis.below(S, Cutoff(0.2, 3.0, 0.0), p)),
-    ("rough", eigenbasis.complete),
+    ("components", lambda S, p: eigenbasis.lowest_with_gap(S, 40, p)),
+    ("components", lambda S, p: eigenbasis.up_to(S, Cutoff(0.2, 3.0, 0.0), p)),
+    ("rough", eigenbasis.full),
 ])  # fmt: skip
 def test_progress_rises_to_one(name, work):
     told = []
@@ -155,7 +155,7 @@ def test_progress_rises_to_one(name, work):
     assert 0 <= told[0] <= told[-1] == pytest.approx(1, abs=1e-12)
 
 
-def test_progress_is_told_often_and_an_interrupt_ends_the_work():
+def test_progress_is_reported_often_and_an_interrupt_ends_the_work():
     told = []
     eigenbasis.lowest(twin("rough"), 100, told.append)
     assert max(np.diff([0, *told])) < 0.5

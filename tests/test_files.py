@@ -6,6 +6,7 @@ import json
 import os
 import struct
 import sys
+from pathlib import Path
 
 import numpy as np
 import pymeshlab
@@ -13,7 +14,8 @@ import pytest
 
 import meshlab_specsmooth as mss
 from meshlab_specsmooth.batching import work
-from meshlab_specsmooth.meshlab import files, meshset, textures
+from meshlab_specsmooth.meshlab import images, mesh_files, meshset
+from meshlab_specsmooth.runtime import atomic, temporary
 from tests.meshes import torus
 
 PNG = b"\x89PNG\r\n\x1a\n" + bytes(30)  # begin as images do; pymeshlab reads neither
@@ -25,18 +27,20 @@ JPEG, TIFF = b"\xff\xd8\xff\xe0" + bytes(30), b"II*\0" + bytes(30)
 def test_what_is_written_can_be_read(tmp_path, ending, name):
     V, F = torus(8, 6)
     path = tmp_path / f"{name}.{ending}"
-    files.write(meshset.new(V, F), path)
-    W, G = meshset.pull(files.read(path))
+    mesh_files.write(meshset.new(V, F), path)
+    W, G = meshset.get_arrays(mesh_files.read(path))
     assert len(G) == len(F)
     assert np.asarray(W[G]) == pytest.approx(V[F], abs=1e-5)
     assert [file.name for file in tmp_path.iterdir()] == [path.name]
 
 
 def test_materials_and_textures_come_along(tmp_path):
-    ms = files.read(files.sample("bunny10k_textured.obj"))
-    files.write(ms, tmp_path / "copy.obj")
+    ms = mesh_files.read(mesh_files.sample("bunny10k_textured.obj"))
+    mesh_files.write(ms, tmp_path / "copy.obj")
     assert (tmp_path / "copy.obj.mtl").is_file()
-    assert files.read(tmp_path / "copy.obj").current_mesh().texture_number() == ms.current_mesh().texture_number() > 0
+    assert (
+        mesh_files.read(tmp_path / "copy.obj").current_mesh().texture_number() == ms.current_mesh().texture_number() > 0
+    )
 
 
 def textured(folder, *textures, name="in.obj"):
@@ -55,7 +59,7 @@ def textured(folder, *textures, name="in.obj"):
 
 def image(path):
     """A PNG, made by the only writer of images at hand: pymeshlab's own."""
-    ms = files.read(files.sample("bunny10k_textured.obj"))  # its images die with it
+    ms = mesh_files.read(mesh_files.sample("bunny10k_textured.obj"))  # its images die with it
     path.parent.mkdir(parents=True, exist_ok=True)
     ms.current_mesh().textures()["TextureDouble_A.png"].save(str(path))
     return path
@@ -78,7 +82,7 @@ def test_textures_that_pymeshlab_cannot_read_stay_with_the_mesh(tmp_path, ending
     (tmp_path / "out").mkdir()
     out = tmp_path / "out" / f"o.{ending}"
     for step in (source, out):  # what was written is in turn such a file
-        files.write(files.read(step), tmp_path / "again.ply" if step == out else out, source=step)
+        mesh_files.write(mesh_files.read(step), tmp_path / "again.ply" if step == out else out, source=step)
     for written in (out, tmp_path / "again.ply"):
         assert references(written) == ["brick.jpg", "sub/moss.tif", "missing.png", "stone.png"]
         for name in ("brick.jpg", "sub/moss.tif", "stone.png"):
@@ -107,10 +111,10 @@ def test_a_texture_of_any_name_comes_along(tmp_path, line, name, file, ending):
     (tmp_path / "in" / file).write_bytes(JPEG)
     out = tmp_path / "out" / f"o.{ending}"
     out.parent.mkdir()
-    assert files.write(files.read(source), out, source=source).notices == ()
+    assert mesh_files.write(mesh_files.read(source), out, source=source).notices == ()
     assert references(out) == [name]
     assert (out.parent / name).read_bytes() == JPEG
-    assert files.read(out).current_mesh().texture_number() == 1
+    assert mesh_files.read(out).current_mesh().texture_number() == 1
 
 
 HARMFUL = {
@@ -135,9 +139,9 @@ def test_a_texture_whose_name_is_not_ascii_comes_along(tmp_path):
     source = textured(tmp_path / "in", "ümlaut.png")
     (tmp_path / "in" / "ümlaut.png").write_bytes(JPEG)
     ply = tmp_path / "in" / "m.ply"
-    files.write(files.read(source), ply, source=source)
+    mesh_files.write(mesh_files.read(source), ply, source=source)
     assert references(ply) == ["ümlaut.png"]
-    files.write(files.read(ply), tmp_path / "o.ply", source=ply)  # pymeshlab reads none of a PLY file
+    mesh_files.write(mesh_files.read(ply), tmp_path / "o.ply", source=ply)  # pymeshlab reads none of a PLY file
     assert references(tmp_path / "o.ply") == ["_mlaut.png"]
     assert (tmp_path / "_mlaut.png").read_bytes() == JPEG
 
@@ -157,8 +161,8 @@ def test_nothing_but_visible_images_is_copied(tmp_path, ending):
             (tmp_path / "in" / name).write_bytes(data)
     out = tmp_path / "out" / f"o.{ending}"
     out.parent.mkdir()
-    (notice,) = files.write(files.read(source), out, source=source).notices
-    assert notice.startswith(f"{out}: textures that it refers to and that are not copied: ")
+    (notice,) = mesh_files.write(mesh_files.read(source), out, source=source).notices
+    assert notice.startswith(f"{out}: refers to textures that are not copied: ")
     assert "\n" not in notice
     assert {path.name for path in out.parent.rglob("*")} == {"o.obj", "o.obj.mtl"} if ending == "obj" else {"o.ply"}
 
@@ -171,8 +175,8 @@ def test_no_texture_is_written_through_a_link(tmp_path):
         (tmp_path / "in" / name).write_bytes(PNG)
     (tmp_path / "out" / "t.png").symlink_to("../elsewhere/t.png")
     (tmp_path / "out" / "sub").symlink_to("../elsewhere")
-    (notice,) = files.write(files.read(source), tmp_path / "out" / "o.ply", source=source).notices
-    assert notice.count("there is a symbolic link in its place") == 2
+    (notice,) = mesh_files.write(mesh_files.read(source), tmp_path / "out" / "o.ply", source=source).notices
+    assert notice.count("a symbolic link is in its place") == 2
     assert list((tmp_path / "elsewhere").iterdir()) == []
 
 
@@ -195,35 +199,35 @@ def test_no_texture_is_written_through_a_link(tmp_path):
     ],
 )
 def test_images_are_known_by_their_first_bytes(start, ending, is_image):
-    assert textures.is_image_data(start, len(start), ending) == is_image
+    assert images.is_image_data(start, len(start), ending) == is_image
 
 
 def test_a_stand_in_for_a_texture_is_never_written(tmp_path):
-    ms = files.read(textured(tmp_path / "in", "missing.png"))
-    with pytest.raises(mss.FileError, match="missing.png: a texture that pymeshlab could not read"):
-        files.write(ms, tmp_path / "out.ply")
+    ms = mesh_files.read(textured(tmp_path / "in", "missing.png"))
+    with pytest.raises(mss.FileError, match="missing.png: pymeshlab could not read this texture"):
+        mesh_files.write(ms, tmp_path / "out.ply")
     lost = pymeshlab.MeshSet()
     lost.load_new_mesh(str(tmp_path / "in" / "in.obj"))
-    with pytest.raises(mss.FileError, match="dummy.png: a texture that pymeshlab could not read"):
-        files.write(lost, tmp_path / "out.ply")
+    with pytest.raises(mss.FileError, match="dummy.png: pymeshlab could not read this texture"):
+        mesh_files.write(lost, tmp_path / "out.ply")
     assert [file.name for file in tmp_path.iterdir()] == ["in"]
 
 
 def test_a_texture_that_is_called_as_pymeshlab_calls_a_lost_one_is_as_good_as_any(tmp_path):
     source = textured(tmp_path / "in", "dummy.png")
     original = image(tmp_path / "in" / "dummy.png").read_bytes()
-    files.write(files.read(source), tmp_path / "out.ply", source=source)
+    mesh_files.write(mesh_files.read(source), tmp_path / "out.ply", source=source)
     assert references(tmp_path / "out.ply") == ["dummy.png"]
     assert (tmp_path / "dummy.png").read_bytes() == original
 
 
 def test_the_texture_of_the_input_is_left_as_it_is(tmp_path):
     source = textured(tmp_path, "t.png", "missing.png")
-    image(tmp_path / "t.png").write_bytes((files.sample("TextureDouble_A.png")).read_bytes())
+    image(tmp_path / "t.png").write_bytes((mesh_files.sample("TextureDouble_A.png")).read_bytes())
     before = (tmp_path / "t.png").stat()
     assert before.st_size != image(tmp_path / "encoded.png").stat().st_size  # pymeshlab would write other bytes
     for out in (tmp_path / "out.obj", tmp_path / "out.ply", source):
-        files.write(files.read(source), out, source=source)
+        mesh_files.write(mesh_files.read(source), out, source=source)
     after = (tmp_path / "t.png").stat()
     assert (after.st_ino, after.st_mtime_ns, after.st_size) == (before.st_ino, before.st_mtime_ns, before.st_size)
 
@@ -236,13 +240,13 @@ def test_a_file_that_happens_to_have_the_name_of_a_texture_is_not_replaced(tmp_p
     (tmp_path / "sub" / "t.png").write_text("mine")
     (tmp_path / "out.obj").write_text("old")
     (tmp_path / "out.obj.mtl").write_text("old")
-    with pytest.raises(mss.FileError, match="t.png: another file of that name belongs to out.obj"):
-        files.write(files.read(source), tmp_path / "out.obj", source=source if given else None)
+    with pytest.raises(mss.FileError, match="t.png: exists with other content, and out.obj needs this name"):
+        mesh_files.write(mesh_files.read(source), tmp_path / "out.obj", source=source if given else None)
     assert (tmp_path / "sub" / "t.png").read_text() == "mine"
     assert (tmp_path / "out.obj").read_text() == (tmp_path / "out.obj.mtl").read_text() == "old"
     (tmp_path / "sub" / "t.png").unlink()
     for _ in range(2):  # the second time an equal one is there
-        files.write(files.read(source), tmp_path / "out.obj", source=source if given else None)
+        mesh_files.write(mesh_files.read(source), tmp_path / "out.obj", source=source if given else None)
     assert references(tmp_path / "out.obj") == ["sub/t.png"]  # its materials are its own, and were replaced
 
 
@@ -250,20 +254,20 @@ def test_a_texture_outside_of_the_folder_stays_where_it_is(tmp_path):
     source = textured(tmp_path / "a" / "in", "../kept_outside.png")
     image(tmp_path / "a" / "kept_outside.png")
     (tmp_path / "a" / "out").mkdir()
-    files.write(files.read(source), tmp_path / "a" / "out" / "o.ply", source=source)
+    mesh_files.write(mesh_files.read(source), tmp_path / "a" / "out" / "o.ply", source=source)
     assert references(tmp_path / "a" / "out" / "o.ply") == ["../kept_outside.png"]
     (tmp_path / "b").mkdir()
-    (notice,) = files.write(files.read(source), tmp_path / "b" / "o.ply", source=source).notices
+    (notice,) = mesh_files.write(mesh_files.read(source), tmp_path / "b" / "o.ply", source=source).notices
     assert notice.endswith("not copied: ../kept_outside.png (outside of the mesh's folder)")
     assert [file.name for file in tmp_path.iterdir() if file.is_file()] == []
     (tmp_path / "a" / "kept_outside.png").write_bytes(JPEG)  # that pymeshlab does not read
-    files.write(files.read(source), tmp_path / "a" / "out" / "o.ply", source=source)
+    mesh_files.write(mesh_files.read(source), tmp_path / "a" / "out" / "o.ply", source=source)
     assert references(tmp_path / "a" / "out" / "o.ply") == ["../kept_outside.png"]
 
 
 def test_a_format_without_textures_gets_none(tmp_path):
-    source = files.sample("bunny10k_textured.obj")
-    files.write(files.read(source), tmp_path / "o.stl", source=source)
+    source = mesh_files.sample("bunny10k_textured.obj")
+    mesh_files.write(mesh_files.read(source), tmp_path / "o.stl", source=source)
     assert [file.name for file in tmp_path.iterdir()] == ["o.stl"]
 
 
@@ -309,18 +313,18 @@ def test_primitives_that_pymeshlab_damages_its_memory_with_are_refused(tmp_path,
     if not indexed:
         del primitive["indices"]
     path.write_text(json.dumps(document))
-    with pytest.raises(mss.FileError, match=rf"m.gltf: cannot be read: it has .*{problem}.*export it as triangles"):
-        files.read(path)
+    with pytest.raises(mss.FileError, match=rf"m.gltf: cannot be read: it has .*{problem}.*with triangles only"):
+        mesh_files.read(path)
 
 
 @pytest.mark.parametrize(
     ("accessor", "changed", "problem"),
     [
-        (1, {"count": 4}, "an accessor promises 4 elements, and its buffer view has 12 bytes"),
-        (0, {"count": 30}, "an accessor promises 30 elements"),
-        (1, {"count": 2}, "2 corners, which is no multiple of three"),
-        (1, {"count": "3"}, "an accessor without a number"),
-        (0, {"componentType": 7}, "an accessor without a number or a type"),
+        (1, {"count": 4}, "an accessor has 4 elements, which its buffer view of 12 bytes cannot hold"),
+        (0, {"count": 30}, "an accessor has 30 elements"),
+        (1, {"count": 2}, "2 corners, which is not a multiple of three"),
+        (1, {"count": "3"}, "an accessor without count"),
+        (0, {"componentType": 7}, "an accessor without count or type"),
     ],
 )
 def test_accessors_that_reach_too_far_are_refused(tmp_path, accessor, changed, problem):
@@ -329,41 +333,41 @@ def test_accessors_that_reach_too_far_are_refused(tmp_path, accessor, changed, p
     document["accessors"][accessor] |= changed
     path.write_text(json.dumps(document))
     with pytest.raises(mss.FileError, match=f"m.gltf: cannot be read: .*{problem}"):
-        files.read(path)
+        mesh_files.read(path)
 
 
 def test_points_of_a_gltf_file_are_points(tmp_path):
     path = gltf(tmp_path / "m.gltf", 1)
     path.write_text(path.read_text().replace('"indices": 1', '"mode": 0'))
-    assert files.read(path).current_mesh().face_number() == 0
+    assert mesh_files.read(path).current_mesh().face_number() == 0
 
 
 def test_several_meshes_in_a_file_are_refused(tmp_path):
-    assert files.read(gltf(tmp_path / "one.gltf", 1)).mesh_number() == 1
-    with pytest.raises(mss.FileError, match="three.gltf: holds 3 meshes; save each as a file of its own"):
-        files.read(gltf(tmp_path / "three.gltf", 3))
+    assert mesh_files.read(gltf(tmp_path / "one.gltf", 1)).mesh_number() == 1
+    with pytest.raises(mss.FileError, match="three.gltf: contains 3 meshes; save each in a separate file"):
+        mesh_files.read(gltf(tmp_path / "three.gltf", 3))
 
 
 def test_textures_of_other_formats_are_kept_or_refused_too(tmp_path):
     (tmp_path / "out").mkdir()
     encoded = image(tmp_path / "t.png").read_bytes()
     beside = gltf(tmp_path / "beside.gltf", 1, uri="t.png")
-    files.write(files.read(beside), tmp_path / "out" / "o.obj", source=beside)
+    mesh_files.write(mesh_files.read(beside), tmp_path / "out" / "o.obj", source=beside)
     assert (tmp_path / "out" / "t.png").read_bytes() == encoded
     inside = gltf(
         tmp_path / "inside.gltf", 1, uri=f"data:image/png;base64,{base64.b64encode(encoded).decode()}", name="brick"
     )
     for source, reference in ((inside, "texture_0.png"), (glb(tmp_path / "inside.glb", inside), "x-texture_0.png")):
-        ms = files.read(source, prefix=reference.removesuffix("texture_0.png"))
+        ms = mesh_files.read(source, prefix=reference.removesuffix("texture_0.png"))
         for ending in ("obj", "ply"):
-            files.write(ms, tmp_path / "out" / f"i.{ending}", source=source)
+            mesh_files.write(ms, tmp_path / "out" / f"i.{ending}", source=source)
             assert references(tmp_path / "out" / f"i.{ending}") == [reference]
             assert (tmp_path / "out" / reference).read_bytes() == encoded
     blind = gltf(tmp_path / "blind.gltf", 1, uri=f"data:image/jpeg;base64,{base64.b64encode(JPEG).decode()}")
-    files.write(files.read(blind), tmp_path / "out" / "b.obj", source=blind)  # pymeshlab cannot read it
+    mesh_files.write(mesh_files.read(blind), tmp_path / "out" / "b.obj", source=blind)  # pymeshlab cannot read it
     assert (tmp_path / "out" / "texture_0.jpg").read_bytes() == JPEG
     missing = gltf(tmp_path / "missing.gltf", 1, uri="no%20where.png")
-    (notice,) = files.write(files.read(missing), tmp_path / "out" / "m.obj", source=missing).notices
+    (notice,) = mesh_files.write(mesh_files.read(missing), tmp_path / "out" / "m.obj", source=missing).notices
     assert notice.endswith("not copied: no_where.png (no such file)")
     assert references(tmp_path / "out" / "m.obj") == ["no_where.png"]
 
@@ -378,8 +382,8 @@ def test_images_inside_of_two_files_of_a_folder_do_not_replace_each_other(tmp_pa
     assert (tmp_path / "a-texture_0.png").read_bytes() == PNG
     assert (tmp_path / "b-texture_0.jpg").read_bytes() == JPEG
     (tmp_path / "texture_0.png").write_text("mine")
-    with pytest.raises(mss.FileError, match="texture_0.png: another file of that name belongs to b.ply"):
-        files.check_textures(files.read(tmp_path / "a.gltf"), tmp_path / "b.ply", tmp_path / "a.gltf")
+    with pytest.raises(mss.FileError, match="texture_0.png: exists with other content, and b.ply needs this name"):
+        mesh_files.check_textures(mesh_files.read(tmp_path / "a.gltf"), tmp_path / "b.ply", tmp_path / "a.gltf")
 
 
 def glb(path, source):
@@ -400,11 +404,11 @@ def glb(path, source):
 
 def test_a_missing_or_unreadable_file_is_one_clear_error(tmp_path):
     with pytest.raises(mss.FileError, match="nowhere.ply: no such file"):
-        files.read(tmp_path / "nowhere.ply")
+        mesh_files.read(tmp_path / "nowhere.ply")
     strange = tmp_path / "notes.xyzzy"
     strange.write_text("not a mesh")
     with pytest.raises(mss.FileError, match="notes.xyzzy: cannot be read: .*format") as caught:
-        files.read(strange)
+        mesh_files.read(strange)
     assert "\n" not in str(caught.value)
 
 
@@ -419,7 +423,7 @@ def test_an_old_file_survives_a_failed_write(tmp_path, monkeypatch):
 
     monkeypatch.setattr(pymeshlab.MeshSet, "save_current_mesh", fail_half_way)
     with pytest.raises(mss.FileError, match="out.ply: cannot be written: disk full"):
-        files.write(meshset.new(*torus(5, 4)), target)
+        mesh_files.write(meshset.new(*torus(5, 4)), target)
     assert target.read_text() == "old"
     assert list(tmp_path.iterdir()) == [target]
 
@@ -427,13 +431,13 @@ def test_an_old_file_survives_a_failed_write(tmp_path, monkeypatch):
 def test_an_unknown_format_a_folder_and_a_missing_folder_are_refused(tmp_path):
     ms = meshset.new(*torus(5, 4))
     with pytest.raises(mss.FileError, match="out.xyzzy: cannot be written: .*format"):
-        files.write(ms, tmp_path / "out.xyzzy")
+        mesh_files.write(ms, tmp_path / "out.xyzzy")
     with pytest.raises(mss.FileError, match="is a folder"):
-        files.write(ms, tmp_path)
+        mesh_files.write(ms, tmp_path)
     with pytest.raises(mss.FileError, match="there is no folder"):
-        files.write(ms, tmp_path / "none" / "out.ply")
+        mesh_files.write(ms, tmp_path / "none" / "out.ply")
     with pytest.raises(mss.FileError, match="there is no folder"):
-        files.write_text(tmp_path / "none" / "out.txt", "")
+        atomic.write_text(tmp_path / "none" / "out.txt", "")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -443,29 +447,29 @@ def test_an_unknown_format_a_folder_and_a_missing_folder_are_refused(tmp_path):
         ("out.xyzzy", "cannot be written: Unknown format"),
         ("out", "cannot be written: Unknown format"),
         ("out.glb", "cannot be written: Unknown format"),  # it is read, not written
-        ("out.u3d", "cannot be written: pymeshlab writes no .u3d file"),
+        ("out.u3d", "cannot be written: pymeshlab cannot write .u3d files"),
         (".", "is a folder"),
         ("none/out.ply", "there is no folder"),
     ],
 )
 def test_a_target_is_refused_before_there_is_anything_to_write(tmp_path, name, problem):
     with pytest.raises(mss.FileError, match=problem):
-        files.check_target(tmp_path / name)
+        mesh_files.check_target(tmp_path / name)
     with pytest.raises(mss.FileError, match=problem):
-        files.write(meshset.new(*torus(5, 4)), tmp_path / name)
+        mesh_files.write(meshset.new(*torus(5, 4)), tmp_path / name)
     assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("ending", ["ply", "PLY", "obj", "stl", "off", "dae", "wrl", "x3d", "3ds", "3mf", "ctm", "xyz"])
 def test_a_target_in_a_format_that_pymeshlab_writes_is_accepted(tmp_path, ending):
-    assert files.check_target(tmp_path / f"out.{ending}") == tmp_path.resolve() / f"out.{ending}"
+    assert mesh_files.check_target(tmp_path / f"out.{ending}") == tmp_path.resolve() / f"out.{ending}"
     assert list(tmp_path.iterdir()) == []
 
 
 def test_a_folder_that_is_not_writable_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(files.os, "access", lambda path, mode: False)  # root may write everywhere
+    monkeypatch.setattr(os, "access", lambda path, mode: False)  # root may write everywhere
     with pytest.raises(mss.FileError, match="out.ply: the folder .* is not writable"):
-        files.check_target(tmp_path / "out.ply")
+        mesh_files.check_target(tmp_path / "out.ply")
 
 
 @pytest.mark.skipif(os.name != "posix", reason="files of POSIX")
@@ -473,20 +477,20 @@ def test_what_is_no_regular_file_is_no_target(tmp_path):
     os.mkfifo(tmp_path / "pipe.ply")
     (tmp_path / "null.ply").symlink_to(os.devnull)
     for name in ("pipe.ply", "null.ply"):
-        with pytest.raises(mss.FileError, match=f"{name}: is no regular file"):
-            files.check_target(tmp_path / name)
-    with pytest.raises(mss.FileError, match="pipe.ply: is no regular file"):
-        files.read(tmp_path / "pipe.ply")
+        with pytest.raises(mss.FileError, match=f"{name}: is not a regular file"):
+            mesh_files.check_target(tmp_path / name)
+    with pytest.raises(mss.FileError, match="pipe.ply: is not a regular file"):
+        mesh_files.read(tmp_path / "pipe.ply")
 
 
 @pytest.mark.skipif(os.name != "posix", reason="permissions of POSIX")
 def test_a_file_that_is_replaced_keeps_its_permissions(tmp_path):
-    ms = files.read(files.sample("bunny10k_textured.obj"))
+    ms = mesh_files.read(mesh_files.sample("bunny10k_textured.obj"))
     for mode in (0o640, 0o600, 0o664):
         for name in ("o.obj", "o.obj.mtl"):
             (tmp_path / name).touch()
             (tmp_path / name).chmod(mode)
-        files.write(ms, tmp_path / "o.obj")
+        mesh_files.write(ms, tmp_path / "o.obj")
         for name in ("o.obj", "o.obj.mtl"):
             assert (tmp_path / name).stat().st_mode & 0o777 == mode
 
@@ -495,7 +499,7 @@ def test_a_file_that_is_replaced_keeps_its_permissions(tmp_path):
 def test_a_name_that_is_not_utf8_is_one_line(tmp_path):
     name = tmp_path / os.fsdecode(b"bad\xff.ply")
     name.touch()
-    for attempt in (files.read, files.check_target):
+    for attempt in (mesh_files.read, mesh_files.check_target):
         with pytest.raises(mss.FileError, match="its name is not UTF-8"):
             attempt(name)
 
@@ -503,8 +507,8 @@ def test_a_name_that_is_not_utf8_is_one_line(tmp_path):
 def test_nothing_is_moved_before_the_end_is_known(tmp_path):
     target = tmp_path / "o.txt"
     target.write_text("old")
-    with files.postponed() as written:
-        files.write_text(target, "new")
+    with atomic.postponed() as written:
+        atomic.write_text(target, "new")
         assert target.read_text() == "old"
     (staged,) = written
     staged.move()
@@ -512,8 +516,8 @@ def test_nothing_is_moved_before_the_end_is_known(tmp_path):
     assert target.read_text() == "new"
 
     def fail_after_writing():
-        with files.postponed():
-            files.write_text(target, "newer")
+        with atomic.postponed():
+            atomic.write_text(target, "newer")
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
@@ -527,8 +531,8 @@ def test_a_link_is_written_through(tmp_path):
     link = tmp_path / "link.obj"
     link.symlink_to("data/real.obj")
     for _ in range(2):  # to a file that is not there yet, and to one that is
-        files.write(meshset.new(*torus(5, 4)), link)
-    files.write_text(link, "text")
+        mesh_files.write(meshset.new(*torus(5, 4)), link)
+    atomic.write_text(link, "text")
     assert link.is_symlink()
     assert (tmp_path / "data" / "real.obj").read_text() == "text"
     assert {file.name for file in tmp_path.iterdir()} == {"link.obj", "data"}
@@ -536,14 +540,14 @@ def test_a_link_is_written_through(tmp_path):
 
 def test_companions_are_moved_first_and_the_file_itself_last(tmp_path, monkeypatch):
     moved = []
-    replace = files.Path.replace
+    replace = Path.replace
 
     def watched(self, target):
         moved.append(target.name)
         return replace(self, target)
 
-    monkeypatch.setattr(files.Path, "replace", watched)
-    with files.replacing(tmp_path / "m.obj") as part:
+    monkeypatch.setattr(Path, "replace", watched)
+    with atomic.atomic_write(tmp_path / "m.obj") as part:
         for name in ("m.obj", "a.png", "m.obj.mtl", "z.png"):
             (part.parent / name).write_text(name)
     assert moved == ["a.png", "m.obj.mtl", "z.png", "m.obj"]
@@ -551,7 +555,7 @@ def test_companions_are_moved_first_and_the_file_itself_last(tmp_path, monkeypat
 
 def test_nothing_is_moved_where_the_work_failed(tmp_path):
     def fail_after_writing():
-        with files.replacing(tmp_path / "m.obj") as part:
+        with atomic.atomic_write(tmp_path / "m.obj") as part:
             part.write_text("")
             (part.parent / "t.png").write_text("")
             raise KeyboardInterrupt
@@ -565,15 +569,15 @@ def test_an_operating_system_error_names_the_file(tmp_path, monkeypatch):
     def full(*_, **__):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(files.temporary, "make", full)
+    monkeypatch.setattr(temporary, "make", full)
     with pytest.raises(mss.FileError, match="out.ply: cannot be written: No space left"):
-        files.write(meshset.new(*torus(5, 4)), tmp_path / "out.ply")
+        mesh_files.write(meshset.new(*torus(5, 4)), tmp_path / "out.ply")
     with pytest.raises(mss.FileError, match="out.txt: cannot be written: No space left"):
-        files.write_text(tmp_path / "out.txt", "text")
+        atomic.write_text(tmp_path / "out.txt", "text")
 
 
 def test_text_is_written_whole(tmp_path):
-    files.write_text(tmp_path / "t.txt", "eins ä\n")
+    atomic.write_text(tmp_path / "t.txt", "eins ä\n")
     assert (tmp_path / "t.txt").read_text(encoding="utf-8") == "eins ä\n"
     assert len(list(tmp_path.iterdir())) == 1
     (tmp_path / "plain.txt").touch()
@@ -581,6 +585,6 @@ def test_text_is_written_whole(tmp_path):
 
 
 def test_samples_come_with_pymeshlab():
-    assert files.sample("bunny.obj").is_file()
+    assert mesh_files.sample("bunny.obj").is_file()
     with pytest.raises(mss.FileError, match="teapot.obj: not in pymeshlab 20"):
-        files.sample("teapot.obj")
+        mesh_files.sample("teapot.obj")

@@ -10,7 +10,7 @@ import pytest
 
 import meshlab_specsmooth as mss
 from meshlab_specsmooth.geometry.surface import vertex_normals
-from meshlab_specsmooth.meshlab import descriptors, files, filters, meshset
+from meshlab_specsmooth.meshlab import descriptors, filters, mesh_files, meshset
 from meshlab_specsmooth.meshlab.parameters import resolve
 from tests import state
 from tests.meshes import rough, sheet, torus
@@ -366,8 +366,8 @@ def test_every_filter_leaves_everything_else_alone(laden, name):
 @EACH_FILTER
 def test_textures_and_raster_cameras_stay(name):
     ms = pymeshlab.MeshSet()
-    ms.load_new_mesh(str(files.sample("bunny10k_textured.obj")))
-    ms.load_new_raster(str(files.sample("TextureDouble_A.png")))
+    ms.load_new_mesh(str(mesh_files.sample("bunny10k_textured.obj")))
+    ms.load_new_raster(str(mesh_files.sample("TextureDouble_A.png")))
     before = state.of_meshset(ms)
     assert "FocalMm" in before["rasters"]
     assert before["meshes"][0]["textures"]

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 
 import meshlab_specsmooth as mss
 from meshlab_specsmooth.meshlab import descriptors, scripts
-from meshlab_specsmooth.meshlab.xmltree import LARGEST_FILE, parse
+from meshlab_specsmooth.meshlab.xmltree import MAX_FILE_SIZE, parse
 
 fuzz = settings(max_examples=300, derandomize=True, deadline=None)
 
@@ -45,7 +45,7 @@ PIECES = [
 SHIPPED = [descriptors.folder().joinpath(f"{n}.xml").read_bytes() for n in descriptors.names()]
 SCRIPT = (
     "<!DOCTYPE FilterScript>\n<FilterScript>\n"
-    + scripts.step_of(
+    + scripts.format_step(
         descriptors.load("get_spectrum"),
         {p.name: p.default for p in descriptors.load("get_spectrum").parameters},
     )
@@ -103,7 +103,7 @@ def test_a_script_of_any_bytes_is_read_or_refused(data):
         b'<!DOCTYPE a SYSTEM "http://127.0.0.1:1/x.dtd"><a>&b;</a>',
         b'<!DOCTYPE a [<!ENTITY % b SYSTEM "file:///etc/passwd">%b;]><a/>',
         b"<a>" * 40 + b"</a>" * 40,
-        b"<a>" + b" " * LARGEST_FILE + b"</a>",
+        b"<a>" + b" " * MAX_FILE_SIZE + b"</a>",
     ],
 )
 def test_entities_depth_and_size_are_refused(data):

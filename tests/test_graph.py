@@ -3,6 +3,7 @@
 import subprocess
 import sys
 import threading
+from dataclasses import replace
 from unittest import mock
 
 import numpy as np
@@ -12,11 +13,12 @@ from hypothesis import given, settings
 import meshlab_specsmooth as mss
 from meshlab_specsmooth.geometry import order
 from meshlab_specsmooth.geometry.surface import Surface, edges
-from meshlab_specsmooth.graph import build, counting, kernels
-from meshlab_specsmooth.graph.build import of_mesh, weighted
-from meshlab_specsmooth.graph.compiled import CompiledKernels
+from meshlab_specsmooth.graph import adjacency_numba, adjacency_scipy, protocols, vertex_kernels_numba
+from meshlab_specsmooth.graph import backend as graph_backend
+from meshlab_specsmooth.graph.build import from_edges, mesh_graph
 from meshlab_specsmooth.graph.laplacian import Laplacian, laplacian
-from meshlab_specsmooth.graph.reference import ReferenceKernels
+from meshlab_specsmooth.graph.vertex_kernels_numba import NumbaVertexKernels
+from meshlab_specsmooth.graph.vertex_kernels_scipy import ScipyVertexKernels
 from meshlab_specsmooth.operators.laplacians import laplacian_of_kind
 from meshlab_specsmooth.runtime import backend, blocks
 from meshlab_specsmooth.smoothing.api import prepare
@@ -24,15 +26,15 @@ from tests.meshes import TETRAHEDRON, flaws, meshes, rough, sheet, together, tor
 
 MESHES = {"closed": rough(torus(12, 9)), "open": rough(sheet()), "flawed": flaws(sheet(5, 4))["duplicate faces"]}
 LARGE = rough(torus(300, 290))  # more rows than one thread is given
-BOTH = [ReferenceKernels, CompiledKernels]
+BOTH = [ScipyVertexKernels, NumbaVertexKernels]
 
 
 def graph_of(mesh, kind="uniform"):
     V, F = mesh[0], mesh[1].astype(np.int32)
-    return laplacian_of_kind(kind, of_mesh(F, len(V)), V, F).graph
+    return laplacian_of_kind(kind, mesh_graph(F, len(V)), V, F).graph
 
 
-@pytest.mark.parametrize("implementation", [build.neighbors, counting.neighbors])
+@pytest.mark.parametrize("implementation", [adjacency_scipy.adjacency, adjacency_numba.adjacency])
 @settings(deadline=None)
 @given(mesh=meshes())
 def test_the_graph_has_the_edges_of_the_mesh_and_counts_their_faces(implementation, mesh):
@@ -44,13 +46,14 @@ def test_the_graph_has_the_edges_of_the_mesh_and_counts_their_faces(implementati
         return
     number = np.cumsum(np.isin(np.arange(len(V)), used)) - 1
     has_side = (F != F[:, [1, 2, 0]]).any(axis=1)
-    with mock.patch.object(build, "_best_neighbors", return_value=implementation):
-        graph = of_mesh(number[F[has_side]].astype(np.int32), len(used))
+    chosen = replace(graph_backend.SCIPY, adjacency=implementation)
+    with mock.patch.object(graph_backend, "select", return_value=chosen):
+        graph = mesh_graph(number[F[has_side]].astype(np.int32), len(used))
     assert np.array_equal(graph.ends(), number[ends])
     assert np.array_equal(graph.boundary(), number[ends[face_count == 1]])
     faces_at = np.full(len(graph.graph.indices), 2)
-    faces_at[graph.odd] = graph.odd_faces
-    assert (graph.odd_faces != 2).all()
+    faces_at[graph.irregular] = graph.irregular_face_count
+    assert (graph.irregular_face_count != 2).all()
     counts = graph.graph.adjacency(faces_at).toarray()
     assert np.array_equal(counts, counts.T)
     assert np.array_equal(counts[tuple(number[ends].T)], face_count)
@@ -60,21 +63,21 @@ def test_the_graph_has_the_edges_of_the_mesh_and_counts_their_faces(implementati
     assert np.array_equal(graph.graph.degree[:, 0], (counts > 0).sum(axis=1))
 
 
-def some_turned(mesh, seed=3):
+def some_flipped(mesh, seed=3):
     """A mesh whose faces have lost their common orientation, and their order."""
     V, F = mesh
     rng = np.random.default_rng(seed)
-    turned = np.where(rng.random(len(F))[:, None] < 0.5, F, F[:, ::-1])
-    return V, rng.permutation(turned)
+    flipped = np.where(rng.random(len(F))[:, None] < 0.5, F, F[:, ::-1])
+    return V, rng.permutation(flipped)
 
 
 @pytest.mark.parametrize(
-    "mesh", [*MESHES.values(), LARGE, *flaws(sheet(5, 4)).values(), some_turned(LARGE), (LARGE[0], LARGE[1][:-7])]
+    "mesh", [*MESHES.values(), LARGE, *flaws(sheet(5, 4)).values(), some_flipped(LARGE), (LARGE[0], LARGE[1][:-7])]
 )
-def test_neighbors_by_the_counting_sort_are_those_of_the_reference(mesh):
+def test_the_counting_sort_gives_the_adjacency_of_the_reference(mesh):
     V, F = mesh
     for ours, reference in zip(
-        *(f(F.astype(np.int32), len(V)) for f in (counting.neighbors, build.neighbors)), strict=True
+        *(f(F.astype(np.int32), len(V)) for f in (adjacency_numba.adjacency, adjacency_scipy.adjacency)), strict=True
     ):
         assert np.array_equal(ours, reference)
         assert ours.dtype == reference.dtype
@@ -84,16 +87,16 @@ def test_a_hub_of_very_many_faces_is_sorted_in_time():
     # by insertion this would take a minute
     rim = np.arange(1, 300_001)
     F = np.stack([np.zeros_like(rim), np.roll(rim, 1), rim], axis=1)[np.random.default_rng(0).permutation(len(rim))]
-    indptr, indices, odd, *_ = counting.neighbors(F.astype(np.int32), len(rim) + 1)
+    indptr, indices, irregular, *_ = adjacency_numba.adjacency(F.astype(np.int32), len(rim) + 1)
     assert np.array_equal(indices[: indptr[1]], rim)
     assert (np.diff(indptr)[1:] == 3).all()
-    assert len(odd) == 2 * len(rim)  # the rim, both ways
-    assert odd[0] >= indptr[1]
+    assert len(irregular) == 2 * len(rim)  # the rim, both ways
+    assert irregular[0] >= indptr[1]
 
 
 def test_a_weighted_graph_is_symmetric_whichever_way_its_edges_are_given():
-    one = weighted(3, np.array([[0, 1], [1, 2]], dtype=np.int32), np.array([2.0, 5.0]))
-    other = weighted(3, np.array([[2, 1], [1, 0]], dtype=np.int32), np.array([5.0, 2.0]))
+    one = from_edges(3, np.array([[0, 1], [1, 2]], dtype=np.int32), np.array([2.0, 5.0]))
+    other = from_edges(3, np.array([[2, 1], [1, 0]], dtype=np.int32), np.array([5.0, 2.0]))
     for graph in (one, other):
         assert graph.adjacency().toarray() == pytest.approx(np.array([[0, 2, 0], [2, 0, 5], [0, 5, 0.0]]))
         assert graph.degree.ravel() == pytest.approx([2, 7, 5])
@@ -105,20 +108,20 @@ def outcomes(graph, make, n):
     X, now, before, r, x, p = rng.standard_normal((6, n, 3))
     rows, free = (rng.random((2, n, 1)) > 0.2).astype(float)
     m, gram = rng.random((2, n, 1)) + 0.5
-    step, turn = rng.random((2, 3))
+    alpha, beta = rng.random((2, 3))
     work, count, squares = make(graph), blocks.count(n), np.empty((n, 1))
     z, q, sums, six, lengths, inner = np.empty((n, 3)), np.empty((n, 3)), *(np.empty((count, k)) for k in (3, 6, 1, 2))
-    work.step(0, count, X, now, before, 2.0, 0.3)
-    work.differ(0, count, p, rows, 0.2, z)
-    work.gather(0, count, p, z, free, 0.2, gram, q, sums)
+    work.chebyshev_step(0, count, X, now, before, 2.0, 0.3)
+    work.normal_matvec_1(0, count, p, rows, 0.2, z)
+    work.normal_matvec_2(0, count, p, z, free, 0.2, gram, q, sums)
     everywhere = *(np.empty((n, 3)) for _ in range(2)), np.empty((count, 3))  # without rows or free
-    work.differ(0, count, p, None, 0.2, everywhere[0])
-    work.gather(0, count, p, everywhere[0], None, 0.2, gram, *everywhere[1:])
-    work.descend(0, count, step, q, m, r, six)
-    work.turn(0, count, step, turn, m, r, x, p)
+    work.normal_matvec_1(0, count, p, None, 0.2, everywhere[0])
+    work.normal_matvec_2(0, count, p, everywhere[0], None, 0.2, gram, *everywhere[1:])
+    work.update_residual(0, count, alpha, q, m, r, six)
+    work.update_direction(0, count, alpha, beta, m, r, x, p)
     work.edge_lengths(0, count, X, lengths)
     work.inner_products(0, count, X, now, inner)
-    work.squares(0, count, m, squares)
+    work.sum_squared_weights(0, count, m, squares)
     return before, q, sums, *everywhere, r, six, x, p, lengths, inner, squares
 
 
@@ -137,7 +140,7 @@ def test_a_step_is_one_of_chebyshevs_recurrence(make):
     walk = graph.adjacency().toarray() / graph.degree
     expected = 0.3 * X - 2 * walk @ now - before
     L = Laplacian(graph, make(graph))
-    L.step(X, now, before, share=0.3)
+    L.step(X, now, before, coefficient=0.3)
     assert before == pytest.approx(expected)
     assert L @ X[:, :2] == pytest.approx(X[:, :2] - walk @ X[:, :2])
 
@@ -166,7 +169,7 @@ def test_the_whole_filter_is_the_same_without_the_extra(monkeypatch):
 @pytest.fixture
 def warned(monkeypatch):
     """As if no warning had been given yet, and meshes of some hundred vertices were large."""
-    monkeypatch.setattr(backend, "_said", threading.Event())
+    monkeypatch.setattr(backend, "_has_warned", threading.Event())
     monkeypatch.setattr(backend, "LARGE", 300)
     backend._failure.cache_clear()
     yield
@@ -187,7 +190,7 @@ def test_without_numba_scipy_is_used_and_for_large_meshes_one_line_says_so(monke
 
 
 @pytest.mark.parametrize("error", [ImportError, OSError])
-def test_a_numba_that_cannot_be_loaded_is_told_of_and_done_without(monkeypatch, warned, error):
+def test_a_numba_that_cannot_be_loaded_is_reported_and_not_used(monkeypatch, warned, error):
     def fail(name):
         raise error(f"{name} is too old")
 
@@ -197,17 +200,16 @@ def test_a_numba_that_cannot_be_loaded_is_told_of_and_done_without(monkeypatch, 
 
 
 def test_errors_inside_of_compiled_modules_are_errors(monkeypatch):
-    monkeypatch.setitem(sys.modules, "meshlab_specsmooth.graph.compiled", None)
-    with pytest.raises(ImportError, match="compiled"):
+    monkeypatch.setitem(sys.modules, "meshlab_specsmooth.graph.vertex_kernels_numba", None)
+    with pytest.raises(ImportError, match="vertex_kernels_numba"):
         mss.smooth(*rough(sheet(5, 5)), modes=3)
 
 
-def test_compiled_code_is_kept_on_disk():
+def test_compiled_code_is_cached_on_disk():
     graph = graph_of(TETRAHEDRON)
-    outcomes(graph, CompiledKernels, graph.size)
-    from meshlab_specsmooth.graph import compiled
-
-    for kernel in (compiled._step, compiled._differ, compiled._gather, compiled._descend, compiled._turn):
+    outcomes(graph, NumbaVertexKernels, graph.size)
+    kernels = ("chebyshev_step", "normal_matvec_1", "normal_matvec_2", "update_residual", "update_direction")
+    for kernel in (getattr(vertex_kernels_numba, f"_{name}") for name in kernels):
         assert kernel.stats.cache_path
         assert kernel.stats.cache_hits or kernel.stats.cache_misses
 
@@ -238,15 +240,15 @@ def test_a_badly_ordered_mesh_is_put_in_order_inside_and_the_result_put_back():
 
 def test_places_near_each_other_are_near_on_the_curve():
     V = np.random.default_rng(5).random((20_000, 3))
-    at = order.along_a_curve(V)
+    at = order.morton_order(V)
     assert np.array_equal(np.sort(at), np.arange(len(V)))
     along, anyhow = (np.linalg.norm(np.diff(W, axis=0), axis=1).mean() for W in (V[at], V))
     assert along < 0.1 * anyhow
     # eight corners of a cube, in the order of their bits
     corners = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], dtype=float)
     mixed = np.array([3, 1, 7, 0, 2, 6, 5, 4])
-    assert np.array_equal(mixed[order.along_a_curve(corners[mixed])], np.arange(8))
-    assert len(order.along_a_curve(np.zeros((4, 3)))) == 4
+    assert np.array_equal(mixed[order.morton_order(corners[mixed])], np.arange(8))
+    assert len(order.morton_order(np.zeros((4, 3)))) == 4
 
 
 def test_an_error_in_a_thread_is_not_lost():
@@ -258,7 +260,7 @@ def test_an_error_in_a_thread_is_not_lost():
     if blocks.threads() == 1:
         pytest.skip("one processor")
     with pytest.raises(ArithmeticError, match="in a thread"):
-        blocks.in_threads(fail, n)
+        blocks.parallel_for(fail, n)
 
 
 def test_every_block_is_worked_on_once():
@@ -268,7 +270,7 @@ def test_every_block_is_worked_on_once():
         def work(first, last, seen=seen):
             seen[first:last] += 1
 
-        blocks.in_threads(work, n)
+        blocks.parallel_for(work, n)
         assert (seen == 1).all()
 
 
@@ -279,10 +281,10 @@ import os, warnings
 warnings.simplefilter("ignore", DeprecationWarning)  # of fork in a process with threads, which is the point
 from meshlab_specsmooth.runtime import blocks
 n = 100 * blocks.ROWS
-blocks.in_threads(lambda first, last: None, n)
+blocks.parallel_for(lambda first, last: None, n)
 child = os.fork()
 if child == 0:
-    blocks.in_threads(lambda first, last: None, n)
+    blocks.parallel_for(lambda first, last: None, n)
     os._exit(7)
 print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
 """
@@ -295,7 +297,7 @@ def test_sums_of_several_columns_are_by_threes():
     X = np.random.default_rng(2).standard_normal((L.size, 7))
     assert np.hstack([L @ X[:, i : i + 1] for i in range(7)]) == pytest.approx(L @ X, abs=1e-14)
     assert (L @ X[:, :0]).shape == (L.size, 0)
-    assert kernels.COLUMNS == 3
+    assert protocols.COLUMNS == 3
 
 
 def test_components_do_not_meet():

@@ -17,7 +17,7 @@ import meshlab_specsmooth as mss
 from meshlab_specsmooth.batching import work
 from meshlab_specsmooth.batching.work import Job
 from meshlab_specsmooth.cli import main
-from meshlab_specsmooth.meshlab import files, headers, meshset
+from meshlab_specsmooth.meshlab import headers, mesh_files, meshset
 from meshlab_specsmooth.operators import reconstruction
 from tests.meshes import rough, torus
 
@@ -166,7 +166,7 @@ ACCEPTED = {
 def test_a_file_that_is_odd_but_a_mesh_is_smoothed(tmp_path, name):
     (tmp_path / name).write_bytes(ACCEPTED[name])
     assert main(["smooth", str(tmp_path / name), str(tmp_path / "out.obj")]) == 0
-    assert np.isfinite(meshset.pull(files.read(tmp_path / "out.obj"))[0]).all()
+    assert np.isfinite(meshset.get_arrays(mesh_files.read(tmp_path / "out.obj"))[0]).all()
 
 
 POLYGONS = {
@@ -192,20 +192,20 @@ def test_polygons_that_pymeshlab_writes_without_end_are_an_error_with_a_remedy(t
     assert problem.count("\n") == 1
     assert target.read_bytes() == b"as it was"
     assert main(["smooth", str(source), str(tmp_path / "out.ply")]) == 0
-    ms = files.read(source)
+    ms = mesh_files.read(source)
     ms.meshing_poly_to_tri()  # as the error says
-    files.write(ms, target)
-    assert files.read(target).current_mesh().face_number() == len(meshset.pull(ms)[1])
+    mesh_files.write(ms, target)
+    assert mesh_files.read(target).current_mesh().face_number() == len(meshset.get_arrays(ms)[1])
 
 
 @pytest.mark.parametrize("ending", ["ply", "stl", "off"])
 def test_what_pymeshlab_writes_promises_no_more_than_it_holds(tmp_path, ending):
     path = tmp_path / f"mesh.{ending}"
-    files.write(meshset.new(*torus(8, 6)), path)
+    mesh_files.write(meshset.new(*torus(8, 6)), path)
     headers.check(path)
     path.write_bytes(path.read_bytes()[: path.stat().st_size // 10])
     with pytest.raises(mss.FileError):
-        files.read(path)
+        mesh_files.read(path)
 
 
 @pytest.mark.no_cover
@@ -213,7 +213,7 @@ def test_what_pymeshlab_writes_promises_no_more_than_it_holds(tmp_path, ending):
 @pytest.mark.parametrize("ending", ["ply", "obj", "stl", "off"])
 def test_a_file_cut_anywhere_is_an_error_or_a_mesh(tmp_path, ending, cut):
     path = tmp_path / f"mesh.{ending}"
-    files.write(meshset.new(*torus(8, 6)), path)
+    mesh_files.write(meshset.new(*torus(8, 6)), path)
     path.write_bytes(path.read_bytes()[: path.stat().st_size * cut // 100])
     assert main(["smooth", str(path), str(tmp_path / "out.ply")]) in (0, 1)
 
@@ -222,9 +222,9 @@ def test_a_file_cut_anywhere_is_an_error_or_a_mesh(tmp_path, ending, cut):
 @pytest.mark.parametrize("name", ["a b.ply", "it's.ply", 'a "b".ply', "a\nb.ply", "ünï.ply", "-o.ply", "100%.ply"])
 def test_strange_names_are_names(tmp_path, name):
     source, target = tmp_path / name, tmp_path / f"out {name}"
-    files.write(meshset.new(*torus(8, 6)), source)
+    mesh_files.write(meshset.new(*torus(8, 6)), source)
     assert main(["smooth", str(source), str(target)]) == 0
-    assert files.read(target).current_mesh().vertex_number() == 48
+    assert mesh_files.read(target).current_mesh().vertex_number() == 48
     source.unlink()
     assert main(["smooth", str(source), str(target)]) == 1
 
@@ -246,7 +246,7 @@ for source, target, most in json.loads(sys.argv[1]):
 @pytest.mark.skipif(sys.platform == "win32", reason="limits of POSIX")
 def test_a_full_disk_leaves_the_old_file(tmp_path, untraced):
     source = tmp_path / "in.ply"
-    files.write(meshset.new(*torus(30, 20)), source)
+    mesh_files.write(meshset.new(*torus(30, 20)), source)
     cases = []
     for ending in ("ply", "obj", "stl", "off", "dae", "wrl"):
         target = tmp_path / f"out.{ending}"
@@ -271,7 +271,7 @@ def test_a_full_disk_leaves_the_old_file(tmp_path, untraced):
 def test_a_place_where_nobody_may_write_is_one_line(tmp_path, capfd, place):
     """Read-only for root as well, who may write into folders that say otherwise."""
     source = tmp_path / "in.ply"
-    files.write(meshset.new(*torus(8, 6)), source)
+    mesh_files.write(meshset.new(*torus(8, 6)), source)
     assert main(["smooth", str(source), f"{place}/out.ply"]) == 1
     printed = capfd.readouterr()
     assert printed.err.startswith(f"specsmooth: {place}/out.ply: ")
@@ -281,9 +281,9 @@ def test_a_place_where_nobody_may_write_is_one_line(tmp_path, capfd, place):
 
 def test_a_solve_that_does_not_converge_is_one_line_and_leaves_the_target(tmp_path, capfd, monkeypatch):
     source, target = tmp_path / "in.ply", tmp_path / "out.ply"
-    files.write(meshset.new(*rough(torus(40, 24))), source)
+    mesh_files.write(meshset.new(*rough(torus(40, 24))), source)
     target.write_bytes(b"as it was")
-    monkeypatch.setattr(reconstruction, "MOST_ITERATIONS", 3)
+    monkeypatch.setattr(reconstruction, "MAX_ITERATIONS", 3)
     assert main(["smooth", str(source), str(target), "--barycenter-weight", "0.01"]) == 1
     printed = capfd.readouterr()
     assert printed.err.startswith("specsmooth: the least-squares solve stands at a relative residual of ")
@@ -301,7 +301,7 @@ def test_a_batch_of_strangers_is_a_line_each(tmp_path):
     inputs.mkdir()
     for name, data in REFUSED.items():
         (inputs / name).write_bytes(data)
-    files.write(meshset.new(*torus(8, 6)), inputs / "fine.ply")
+    mesh_files.write(meshset.new(*torus(8, 6)), inputs / "fine.ply")
     shutil.copy(inputs / "fine.ply", inputs / "fine too.ply")
     summary = mss.batch([inputs, inputs / "garbage.xyzzy"], tmp_path / "out", pictures=False, workers=1)
     # pymeshlab's readers may write where they should not: of that a process dies, or does not

@@ -49,7 +49,7 @@ def test_beyond_the_spectrum():
 
 
 def test_where_no_factorization_is_sound_it_says_so(monkeypatch):
-    monkeypatch.setattr(inertia, "_GROWTH", 1e-3)
+    monkeypatch.setattr(inertia, "_MAX_GROWTH", 1e-3)
     with pytest.raises(mss.NotConverged, match=r"below 0\.3 cannot be counted"):
         inertia.count_below(flat_torus(5, 4)[0], 0.3)
 
@@ -64,7 +64,7 @@ def known():
     """A matrix, its eigenvalues, and the estimate of their density."""
     mesh = rough(sheet(40, 30))
     S = twin(mesh)
-    return S, np.linalg.eigvalsh(S.toarray()), density.measure(uniform(mesh))
+    return S, np.linalg.eigvalsh(S.toarray()), density.estimate_density(uniform(mesh))
 
 
 @pytest.mark.no_cover
@@ -110,7 +110,7 @@ def test_a_factorization_that_does_not_fit_is_refused_with_its_size(monkeypatch)
 
 def test_the_estimate_of_memory_is_above_what_a_surface_takes_and_not_far():
     S = twin(rough(torus(200, 100)))
-    lu = inertia.factored(S, 0.01).lu
+    lu = inertia.factorize(S, 0.01).lu
     entries = inertia.FILL * 20000 * np.log2(20000)
     assert entries / 4 < lu.L.nnz < entries
     assert (lu.U - eye_array(20000)).nnz < 1.1 * entries

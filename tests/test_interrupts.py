@@ -11,8 +11,8 @@ import pymeshlab
 import pytest
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth.meshlab import filters, meshset, scripts
-from meshlab_specsmooth.runtime.interrupts import Hold, all_or_nothing
+from meshlab_specsmooth.meshlab import commit, filters, meshset, scripts, verbosity
+from meshlab_specsmooth.runtime.interrupts import DeferInterrupts, all_or_nothing
 from tests import state
 from tests.meshes import rough, torus
 
@@ -38,8 +38,8 @@ def test_an_interrupt_waits_for_the_outermost_hold():
     done = []
 
     def work():
-        with Hold():
-            with Hold() as inner:
+        with DeferInterrupts():
+            with DeferInterrupts() as inner:
                 ctrl_c()
                 inner.deliver()
                 done.append("inner")
@@ -52,7 +52,7 @@ def test_an_interrupt_waits_for_the_outermost_hold():
 
 def test_an_interrupt_is_delivered_where_it_is_asked_for_and_once():
     done = []
-    with Hold() as hold:
+    with DeferInterrupts() as hold:
         ctrl_c()
         ctrl_c()
         with pytest.raises(KeyboardInterrupt):
@@ -66,8 +66,8 @@ def test_what_is_let_through_comes_at_once_and_then_waits():
     done = []
 
     def let_through(hold):
-        with hold.through():
-            with Hold():  # as filters of a script have
+        with hold.allow():
+            with DeferInterrupts():  # as filters of a script have
                 done.append("held again")
             try:
                 ctrl_c()
@@ -76,7 +76,7 @@ def test_what_is_let_through_comes_at_once_and_then_waits():
                 ctrl_c()
                 done.append("cleaned up")
 
-    with Hold() as hold:
+    with DeferInterrupts() as hold:
         with pytest.raises(KeyboardInterrupt):
             let_through(hold)
         with pytest.raises(KeyboardInterrupt):
@@ -88,10 +88,10 @@ def test_a_handler_that_does_not_raise_stops_nothing():
     came = []
     before = signal.signal(signal.SIGINT, lambda number, frame: came.append(number))
     try:
-        with Hold() as hold:
+        with DeferInterrupts() as hold:
             ctrl_c()
             assert came == []
-            with hold.through():
+            with hold.allow():
                 assert came == [signal.SIGINT]
                 ctrl_c()
                 ctrl_c()
@@ -106,7 +106,7 @@ def test_threads_hold_nothing_and_ignored_interrupts_stay_ignored():
     seen = []
 
     def work():
-        with Hold() as hold, hold.through():
+        with DeferInterrupts() as hold, hold.allow():
             hold.deliver()
             seen.append(handler())
 
@@ -148,7 +148,7 @@ def test_a_change_is_undone_to_its_end_however_often_it_is_interrupted(moment, a
 def test_a_script_that_is_interrupted_stops_between_filters_and_keeps_the_script_of_the_meshset(monkeypatch):
     ms = meshset.new(*rough(torus(20, 12)))
     ms.apply_coord_taubin_smoothing(stepsmoothnum=1)
-    before, kept = state.of_meshset(ms), scripts.of(ms)
+    before, kept = state.of_meshset(ms), scripts.script_of(ms)
 
     def interrupted(*_, **__):
         ctrl_c()
@@ -158,7 +158,7 @@ def test_a_script_that_is_interrupted_stops_between_filters_and_keeps_the_script
     script = scripts.Script("s", (scripts.Step("Spectral Smooth", (), 0), scripts.Step("Laplacian Smooth", (), 0)))
     with pytest.raises(KeyboardInterrupt):
         scripts.run(ms, script, step)
-    assert scripts.of(ms) == kept
+    assert scripts.script_of(ms) == kept
     assert state.differences(before, state.of_meshset(ms)) == []
 
     monkeypatch.setattr(scripts, "_NATIVE_APPLY", lambda _: ctrl_c())
@@ -187,7 +187,7 @@ def test_an_interrupt_during_a_call_of_pymeshlab_s_leaves_the_meshset_as_it_was(
     monkeypatch.undo()
     assert calls
     assert state.differences(before, state.of_meshset(laden)) == []
-    assert any(meshset.verbosity_of(laden)) == verbose
+    assert any(verbosity.verbosity_of(laden)) == verbose
 
 
 def test_an_interrupted_transfer_of_quality_puts_the_old_one_back(laden, monkeypatch):
@@ -199,7 +199,7 @@ def test_an_interrupted_transfer_of_quality_puts_the_old_one_back(laden, monkeyp
 
     monkeypatch.setattr(pymeshlab.MeshSet, "transfer_attributes_per_vertex", interrupted)
     with pytest.raises(KeyboardInterrupt):
-        meshset.push_quality(laden, np.full(laden.current_mesh().vertex_number(), 7.5))
+        commit.write(laden, commit.Change(quality=np.full(laden.current_mesh().vertex_number(), 7.5)))
     assert state.differences(before, state.of_meshset(laden)) == []
 
 
@@ -208,7 +208,7 @@ CHILD = """
 import os, random, signal, sys, threading, time
 import numpy as np
 import meshlab_specsmooth as mss
-from meshlab_specsmooth.meshlab import filters, meshset
+from meshlab_specsmooth.meshlab import filters, meshset, verbosity
 from meshlab_specsmooth.runtime import interrupts
 from tests import state
 from tests.meshes import torus
@@ -231,14 +231,14 @@ def without_numbers(ms, vertices, faces, method, values, progress):
     return result
 
 
-filters._smoothed = without_numbers
+filters._apply = without_numbers
 
 
 def everything():
     found = state.of_meshset(ms)
     del found["meshes"][0]["vertex normals"]  # recomputed, they may differ in their last digit
     del found["meshes"][0]["face normals"]
-    found["verbosity"] = meshset.verbosity_of(ms)
+    found["verbosity"] = verbosity.verbosity_of(ms)
     return found
 
 

@@ -1,6 +1,7 @@
 """Data flows one way, and outside libraries stay in their rooms."""
 
 import ast
+import graphlib
 from pathlib import Path
 
 import pytest
@@ -84,3 +85,22 @@ def test_every_room_is_listed():
 @pytest.mark.parametrize("path", MODULES, ids=lambda p: str(p.relative_to(PACKAGE)))
 def test_python_is_started_in_one_place(path):
     assert ("sys.executable" in path.read_text(encoding="utf-8")) == (path.name == "processes.py")
+
+
+def module_of(path):
+    return ".".join(path.relative_to(PACKAGE.parent).with_suffix("").parts).removesuffix(".__init__")
+
+
+def files_used(path, files):
+    """Files of the package that a file imports; ``from package import module`` uses the module alone."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names if alias.name in files)
+        elif isinstance(node, ast.ImportFrom):
+            names = (f"{node.module}.{alias.name}" for alias in node.names)
+            yield from (name if name in files else node.module for name in names if node.module in files)
+
+
+def test_no_files_import_each_other_in_a_circle():
+    files = {module_of(path): path for path in MODULES}
+    graphlib.TopologicalSorter({name: set(files_used(path, files)) for name, path in files.items()}).prepare()

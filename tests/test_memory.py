@@ -9,6 +9,7 @@ import pytest
 
 import meshlab_specsmooth as mss
 from meshlab_specsmooth.runtime import memory
+from meshlab_specsmooth.runtime.workspace import Workspace
 
 GIB = 2**30
 
@@ -153,3 +154,15 @@ def test_a_thread_sets_no_limit_for_the_others():
 def test_where_the_system_cannot_see_to_it_there_is_no_limit(machine):
     with memory.limited(2**20):  # this machine has no /proc/self/statm
         assert len(bytes(2**26)) == 2**26
+
+
+def test_an_array_of_a_workspace_is_borrowed_once_and_none_of_another_shape():
+    X, work = np.zeros((4, 3)), Workspace(max_arrays=3)
+    arrays = [np.ones((4, 3)) for _ in range(5)]
+    work.give_back(*arrays)
+    assert len(work) == 3
+    work.give_back(np.ones((5, 3)))
+    borrowed = [work.borrow(X) for _ in range(4)]
+    assert {array.shape for array in borrowed} == {(4, 3)}
+    assert len({id(array) for array in borrowed}) == 4
+    assert sum(any(array is each for each in arrays) for array in borrowed) == 2

@@ -1,4 +1,4 @@
-"""The bridge: coordinates go in to the bit, and nothing else changes."""
+"""Writing into a MeshSet: coordinates arrive exactly, and nothing else changes."""
 
 import functools
 import os
@@ -10,9 +10,23 @@ import pymeshlab
 import pytest
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth.meshlab import descriptors, files, meshset, scripts
+from meshlab_specsmooth.meshlab import (
+    commit,
+    descriptors,
+    filter_script,
+    mesh_files,
+    meshset,
+    native_output,
+    scripts,
+)
 from tests import state
 from tests.meshes import torus
+
+
+def set_quality(ms, quality):
+    written = commit.average_coincident(ms.current_mesh().vertex_matrix(), quality)
+    commit.write(ms, commit.Change(quality=written))
+    return written
 
 
 def test_only_coordinates_normals_and_bounding_box_change(laden):
@@ -26,7 +40,7 @@ def test_only_coordinates_normals_and_bounding_box_change(laden):
     } <= set(before["meshes"][1])
     V = laden.current_mesh().vertex_matrix()
     W = V + np.random.default_rng(0).standard_normal(V.shape)
-    meshset.push(laden, W)
+    meshset.set_vertices(laden, W)
     assert np.array_equal(held.vertex_matrix(), W)
     assert np.array_equal(laden.mesh(1).vertex_matrix(), W)
     changed = state.differences(before, state.of_meshset(laden))
@@ -35,9 +49,9 @@ def test_only_coordinates_normals_and_bounding_box_change(laden):
 
 def test_normals_and_bounding_box_are_those_of_the_new_coordinates(laden):
     laden.compute_matrix_from_translation_rotation_scale(freeze=False)
-    V, F = meshset.pull(laden)
+    V, F = meshset.get_arrays(laden)
     W = V[:, [1, 2, 0]] * 2.0
-    meshset.push(laden, W)
+    meshset.set_vertices(laden, W)
     mesh = laden.current_mesh()
     assert np.array_equal(mesh.bounding_box().max(), W.max(axis=0))
     normals = np.cross(W[F[:, 1]] - W[F[:, 0]], W[F[:, 2]] - W[F[:, 0]])
@@ -50,13 +64,13 @@ def test_wild_moves_arrive_to_the_bit(factor):
     V, F = torus(8, 6)
     ms = meshset.new(V, F)
     W = factor * np.random.default_rng(1).standard_normal(V.shape)
-    meshset.push(ms, W)
+    meshset.set_vertices(ms, W)
     assert np.array_equal(ms.current_mesh().vertex_matrix(), W)
 
 
 def test_quads_and_polygons_survive():
     ms = pymeshlab.MeshSet()
-    ms.load_new_mesh(str(files.sample("cube.obj")))
+    ms.load_new_mesh(str(mesh_files.sample("cube.obj")))
     ms.meshing_tri_to_quad_by_smart_triangle_pairing()
     polygons = ms.current_mesh().polygonal_face_list()
     assert {len(p) for p in polygons} == {4}
@@ -67,10 +81,10 @@ def test_quads_and_polygons_survive():
 def test_the_script_keeps_what_was_in_it_and_nothing_is_added(laden):
     before = state.of_meshset(laden)["script"]
     assert before.count("<filter ") == 5
-    meshset.push(laden, laden.current_mesh().vertex_matrix() + 1)
+    meshset.set_vertices(laden, laden.current_mesh().vertex_matrix() + 1)
     assert state.of_meshset(laden)["script"] == before
     empty = meshset.new(*torus(5, 5))
-    meshset.push(empty, empty.current_mesh().vertex_matrix() + 1)
+    meshset.set_vertices(empty, empty.current_mesh().vertex_matrix() + 1)
     assert "<filter" not in state.of_meshset(empty)["script"]
 
 
@@ -80,7 +94,7 @@ from meshlab_specsmooth.meshlab import meshset
 ms = pymeshlab.MeshSet(verbose=sys.argv[1] == "verbose")
 ms.create_sphere()
 ms.apply_coord_taubin_smoothing()
-meshset.push(ms, ms.current_mesh().vertex_matrix() * 1.5)
+meshset.set_vertices(ms, ms.current_mesh().vertex_matrix() * 1.5)
 ms.apply_coord_laplacian_smoothing()
 """
 
@@ -108,8 +122,9 @@ def test_a_call_takes_as_long_after_many_others(monkeypatch):
         raise AssertionError("not at every call")
 
     with monkeypatch.context() as during:
-        for name in ("_NATIVE_SAVE", "_NATIVE_LOAD", "native_output"):
-            during.setattr(meshset, name, fail)
+        during.setattr(native_output, "capture", fail)
+        for name in ("_NATIVE_SAVE", "_NATIVE_LOAD"):
+            during.setattr(filter_script, name, fail)
         for _ in range(2):
             ms.apply_coord_taubin_smoothing(stepsmoothnum=1)
             call()
@@ -120,7 +135,7 @@ def test_a_call_takes_as_long_after_many_others(monkeypatch):
         *2 * ["Taubin Smooth", "Spectral Displacement", "Spectral Smooth"],
         "Laplacian Smooth",
     ]
-    assert [step.name for step in scripts.of(ms).steps] == [
+    assert [step.name for step in scripts.script_of(ms).steps] == [
         descriptors.load("compute_scalar_by_spectral_displacement").name if name == "Spectral Displacement" else name
         for name in names
     ]
@@ -165,7 +180,7 @@ def test_what_is_printed_may_change_after_a_call(capfd):
 def test_coordinates_of_another_mesh_are_refused(laden):
     before = state.of_meshset(laden)
     with pytest.raises(mss.MeshSetError, match="5 coordinates for a mesh of 42 vertices"):
-        meshset.push(laden, np.zeros((5, 3)))
+        meshset.set_vertices(laden, np.zeros((5, 3)))
     assert state.differences(before, state.of_meshset(laden)) == []
 
 
@@ -187,7 +202,7 @@ def test_a_push_that_is_interrupted_leaves_the_meshset_as_it_was(laden, monkeypa
 
     monkeypatch.setattr(pymeshlab.MeshSet, "compute_coord_linear_morphing", half_then_stop)
     with pytest.raises(Interrupted):
-        meshset.push(laden, laden.current_mesh().vertex_matrix() + 1)
+        meshset.set_vertices(laden, laden.current_mesh().vertex_matrix() + 1)
     assert len(calls) > 1
     assert state.differences(before, state.of_meshset(laden)) == []
 
@@ -203,14 +218,14 @@ def test_a_mesh_that_does_not_arrive_is_put_back_and_reported(laden, monkeypatch
 
     monkeypatch.setattr(pymeshlab.MeshSet, "compute_coord_linear_morphing", lazy_at_first)
     with pytest.raises(mss.MeshSetError, match="in 3 morphing passes"):
-        meshset.push(laden, laden.current_mesh().vertex_matrix() + 1)
+        meshset.set_vertices(laden, laden.current_mesh().vertex_matrix() + 1)
     assert state.differences(before, state.of_meshset(laden)) == []
 
 
 def test_quality_arrives_to_the_bit_and_nothing_else_changes(laden):
     before = state.of_meshset(laden)
     quality = np.random.default_rng(7).standard_normal(laden.current_mesh().vertex_number())
-    assert np.array_equal(meshset.push_quality(laden, quality), quality)
+    assert np.array_equal(set_quality(laden, quality), quality)
     assert np.array_equal(laden.current_mesh().vertex_scalar_array(), quality)
     assert state.differences(before, state.of_meshset(laden)) == ["/meshes[1]/vertex quality"]
 
@@ -218,17 +233,17 @@ def test_quality_arrives_to_the_bit_and_nothing_else_changes(laden):
 def test_vertices_at_one_place_share_the_mean_quality():
     V = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 0]])
     ms = meshset.new(V, [[0, 1, 2], [3, 2, 1]])
-    written = meshset.push_quality(ms, np.array([1.0, 5.0, 7.0, 3.0]))
+    written = set_quality(ms, np.array([1.0, 5.0, 7.0, 3.0]))
     assert written.tolist() == ms.current_mesh().vertex_scalar_array().tolist() == [2, 5, 7, 2]
 
 
 def test_quality_that_does_not_arrive_is_reported(laden, monkeypatch):
     monkeypatch.setattr(pymeshlab.MeshSet, "transfer_attributes_per_vertex", lambda *_, **__: None)
-    monkeypatch.setattr(meshset, "_takes_quality", lambda mesh, quality: True)  # as tried on a copy
+    monkeypatch.setattr(commit, "_takes_quality", lambda mesh, quality: True)  # as tried on a copy
     n = laden.current_mesh().vertex_number()
     number = laden.mesh_number()
     with pytest.raises(mss.MeshSetError, match="did not take its new vertex quality"):
-        meshset.push_quality(laden, np.full(n, 7.5))
+        set_quality(laden, np.full(n, 7.5))
     assert laden.mesh_number() == number
 
 
@@ -237,8 +252,8 @@ def test_a_quality_that_would_not_arrive_is_refused_before_the_mesh_is_changed()
     corners = 1e16 + 2.0 * np.array([[0, 0, 0], [0, 1, 0], [1, 0, 1], [0, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, 0]])
     ms = meshset.new(corners, [[0, 1, 2], [0, 1, 3], [0, 1, 4], [0, 1, 5], [0, 1, 6], [0, 1, 2], [0, 1, 3]])
     before = state.of_meshset(ms)
-    with pytest.raises(mss.MeshSetError, match="the mesh takes no vertex quality: .*; scale or center it"):
-        meshset.push_quality(ms, np.arange(7.0))
+    with pytest.raises(mss.MeshSetError, match="vertex quality cannot be set: .*; scale or center the mesh"):
+        set_quality(ms, np.arange(7.0))
     assert not state.differences(before, state.of_meshset(ms))
 
 
@@ -246,7 +261,7 @@ def test_a_quality_that_would_not_arrive_is_refused_before_the_mesh_is_changed()
 def test_a_process_without_standard_streams_can_push(monkeypatch, stream):
     ms = meshset.new(*torus(6, 5))
     monkeypatch.setattr(sys, stream, None)
-    meshset.push(ms, ms.current_mesh().vertex_matrix() + 1)
+    meshset.set_vertices(ms, ms.current_mesh().vertex_matrix() + 1)
     assert ms.mesh_number() == 1
 
 
@@ -260,7 +275,7 @@ for numbers in ([1], [2], [1, 2]):
         for number in numbers:
             os.close(number)
         ms = meshset.new(numpy.eye(3), numpy.array([[0, 1, 2]]))
-        meshset.push(ms, ms.current_mesh().vertex_matrix() + 1)
+        meshset.set_vertices(ms, ms.current_mesh().vertex_matrix() + 1)
         os._exit(not (ms.current_mesh().vertex_matrix() == numpy.eye(3) + 1).all())
     assert os.waitpid(copy, 0)[1] == 0, numbers
 """
@@ -275,6 +290,6 @@ def test_a_process_whose_output_is_closed_can_push():
 
 def test_the_next_mesh_gets_the_id_after_the_temporary_one():
     ms = meshset.new(*torus(6, 5))
-    meshset.push(ms, ms.current_mesh().vertex_matrix() + 1)
+    meshset.set_vertices(ms, ms.current_mesh().vertex_matrix() + 1)
     ms.create_cube()
     assert [m.id() for m in ms] == [0, 2]

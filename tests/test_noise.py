@@ -161,10 +161,10 @@ def test_the_error_of_doing_nothing_is_the_noise_and_of_a_known_filter_what_it_m
 
 def test_more_probes_scatter_less_and_a_level_can_be_given():
     V, F = noisy(TORUS, 0.2)
-    prepared = mss.prepare(*TORUS)
+    ops = mss.assemble(*TORUS)
 
     def smooth(X):
-        return X - 0.5 * (prepared.L @ X)
+        return X - 0.5 * (ops.L @ X)
 
     few, many = (mss.estimate_error(smooth, V, F, probes=k) for k in (2, 16))
     assert np.isnan(mss.estimate_error(smooth, V, F, probes=1).standard_error)

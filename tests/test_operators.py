@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth.graph.build import of_mesh
+from meshlab_specsmooth.graph.build import mesh_graph
 from meshlab_specsmooth.operators.laplacians import (
     barycenters,
     gram_of_barycenters,
@@ -13,7 +13,7 @@ from tests.meshes import TETRAHEDRON, TRIANGLE, flaws, rough, sheet, torus, toru
 
 def build(mesh, kind="uniform"):
     surface = mss.Surface(*mesh)
-    graph = of_mesh(surface.faces, len(surface.vertices))
+    graph = mesh_graph(surface.faces, len(surface.vertices))
     return laplacian_of_kind(kind, graph, surface.vertices, surface.faces)
 
 
@@ -103,7 +103,7 @@ def test_barycenters_are_the_means_of_the_corners():
 @EVERY_MESH
 def test_the_gram_matrix_of_the_barycenters_needs_no_matrix(mesh):
     V, F = mesh
-    graph = of_mesh(F.astype(np.int32), len(V))
+    graph = mesh_graph(F.astype(np.int32), len(V))
     gram = gram_of_barycenters(graph)
     C = barycenters(F, len(V))
     whole = np.diag(gram.diagonal[:, 0]) + gram.edge * graph.graph.adjacency().toarray() + gram.odd.toarray()

@@ -62,7 +62,7 @@ ARRAYS = """
 import meshlab_specsmooth as mss
 for function in (mss.smooth, mss.low_pass, mss.enhance, mss.denoise, mss.smooth_edge_aware):
     assert function(*MESH).vertices.shape == (4, 3)
-assert mss.prepare(*MESH).smooth().vertices.shape == (4, 3)
+assert mss.smooth(mss.assemble(*MESH)).vertices.shape == (4, 3)
 mss.spectrum(*MESH), mss.estimate_noise(*MESH), mss.estimate_error(lambda V: V, *MESH)
 for name in ("MeshSet", "register", "get_spectrum", "self_intersecting_faces", "compare", "batch"):
     try:

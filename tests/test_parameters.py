@@ -1,4 +1,4 @@
-"""What parameters may be: whatever else is given is refused, by name, by every public function."""
+"""Every public function refuses invalid values of its parameters, and the message names the parameter."""
 
 import inspect
 from dataclasses import replace
@@ -17,7 +17,7 @@ PREPARED = mss.prepare(V, F)
 
 
 class Odd:
-    """Neither an array, nor a text, nor to be compared."""
+    """Cannot be converted to an array or to text, nor compared."""
 
     __hash__ = None
 
@@ -31,8 +31,8 @@ class Odd:
         raise RuntimeError("not to be compared")
 
 
-# Nothing takes these, whatever the parameter
-NOTHING = (1j, b"x", object(), Odd(), [0.5], {"a": 1}, np.ones(3), np.ones((2, 2)), Decimal("0.5"), -(10**5000))
+# Invalid for every parameter
+INVALID = (1j, b"x", object(), Odd(), [0.5], {"a": 1}, np.ones(3), np.ones((2, 2)), Decimal("0.5"), -(10**5000))
 FUNCTIONS = {
     **{f.__name__: (f, (V, F)) for f in (mss.smooth, mss.low_pass, mss.enhance, mss.prepare, mss.spectrum)},
     **{f.__name__: (f, (V, F)) for f in (mss.smooth_edge_aware, mss.denoise)},
@@ -50,12 +50,12 @@ def settable(function, given):
 
 
 @pytest.mark.parametrize("name", FUNCTIONS)
-def test_what_no_parameter_can_be_is_refused_by_name(name):
+def test_invalid_values_are_refused_and_the_parameter_is_named(name):
     function, given = FUNCTIONS[name]
     names = settable(function, given)
     assert names
     for parameter in names:
-        for value in NOTHING:
+        for value in INVALID:
             if parameter == "parameters" and isinstance(value, dict):
                 continue
             if parameter == "ground_truth" and isinstance(value, np.ndarray | list):
@@ -72,7 +72,7 @@ def test_what_no_parameter_can_be_is_refused_by_name(name):
         (mss.smooth, {"barycenter_weight": np.ones(30)}, r"is an array of shape \(30,\); it must be one number"),
         (mss.smooth, {"barycenter_weight": 1e300}, r"barycenter_weight is 1e\+300; it must be one number from 1.5e-08"),
         (mss.smooth, {"barycenter_weight": 1e-300}, "barycenter_weight is 1e-300"),
-        (mss.smooth, {"iterations": 10**6}, "iterations is 1000000; it must be a whole number from 1 to 1000"),
+        (mss.smooth, {"iterations": 10**6}, "iterations is 1000000; it must be an integer from 1 to 1000"),
         (mss.smooth, {"iterations": True}, "iterations is True"),
         (mss.smooth, {"feature_gain": 1e300}, "feature_gain is 1e"),
         (mss.smooth, {"wavelength": True}, "wavelength is True"),
@@ -85,17 +85,17 @@ def test_what_no_parameter_can_be_is_refused_by_name(name):
         (mss.smooth_edge_aware, {"strength": 1e-300}, "strength is 1e-300; it must be one number from 2.22e-16"),
         (mss.smooth_edge_aware, {"strength": 1e300}, "strength is 1e"),
         (mss.smooth_edge_aware, {"range_sigma": 1e-300}, "range_sigma is 1e-300"),
-        (mss.smooth_edge_aware, {"iterations": 101}, "iterations is 101; it must be a whole number from 1 to 100"),
+        (mss.smooth_edge_aware, {"iterations": 101}, "iterations is 101; it must be an integer from 1 to 100"),
         (mss.spectrum, {"bands": 10**9}, "bands is 1000000000"),
         (mss.spectrum, {"bands": 8.0}, "bands is 8.0"),
     ],
 )
-def test_the_ends_of_ranges_are_named(function, given, words):
+def test_the_message_states_the_bounds(function, given, words):
     with pytest.raises(mss.InvalidParameter, match=words):
         function(V, F, **given)
 
 
-def test_numbers_of_every_kind_are_numbers():
+def test_numbers_of_every_kind_are_accepted():
     for weight in (np.float32(0.5), np.float16(0.5), np.longdouble(0.5), np.array(0.5), Fraction(1, 2)):
         assert np.array_equal(
             mss.smooth(V, F, barycenter_weight=weight, wavelength=np.float32(4)).vertices,
@@ -106,9 +106,9 @@ def test_numbers_of_every_kind_are_numbers():
 
 
 @pytest.mark.parametrize(("low", "name"), [(0, "weight"), (1, "weight"), (0, "strength"), (1, "range_sigma")])
-def test_at_the_ends_of_ranges_results_are_finite(low, name):
-    bounds = {"weight": parameters.BARYCENTER_WEIGHTS, "strength": parameters.STRENGTHS}
-    value = (bounds | {"range_sigma": parameters.RANGE_SIGMAS})[name][low]
+def test_results_are_finite_at_the_bounds(low, name):
+    bounds = {"weight": parameters.BARYCENTER_WEIGHT_BOUNDS, "strength": parameters.STRENGTH_BOUNDS}
+    value = (bounds | {"range_sigma": parameters.RANGE_SIGMA_BOUNDS})[name][low]
     if name == "weight":
         results = [mss.smooth(V, F, barycenter_weight=value), mss.enhance(V, F, barycenter_weight=value, gain=2.0**26)]
     else:
@@ -116,12 +116,12 @@ def test_at_the_ends_of_ranges_results_are_finite(low, name):
     assert all(np.isfinite(result.vertices).all() for result in results)
 
 
-def test_a_result_beyond_the_range_of_numbers_is_an_error():
+def test_overflow_of_the_result_is_an_error():
     with pytest.raises(mss.InvalidParameter, match="leaves the range of numbers"):
         mss.enhance(np.ldexp(V, 997), F, gain=2.0**26, barycenter_weight=2.0**-26)
 
 
-def test_a_start_that_is_no_result_for_this_mesh_is_refused():
+def test_a_start_of_another_mesh_is_refused():
     result = PREPARED.smooth(barycenter_weight=1.0)
     other = mss.smooth(V * 1e300, F, barycenter_weight=1.0)
     tiny = mss.prepare(V * 1e-300, F)
@@ -131,13 +131,13 @@ def test_a_start_that_is_no_result_for_this_mesh_is_refused():
         PREPARED.smooth(barycenter_weight=1.0, start=result.vertices)
 
 
-def test_a_meshset_that_is_none_is_refused():
+def test_anything_but_a_meshset_is_refused():
     for ms in (None, "mesh", (V, F), Odd()):
         with pytest.raises(mss.InvalidParameter, match="ms is .*; it must be a pymeshlab.MeshSet"):
             mss.apply_coord_spectral_smoothing(ms)
 
 
-def test_noise_that_a_caller_has_changed_must_still_be_noise():
+def test_a_modified_noise_must_be_consistent():
     noise = mss.estimate_noise(V, F)
     for wrong in (
         {"level": np.nan},

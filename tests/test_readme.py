@@ -12,7 +12,7 @@ from conftest import run_console
 from meshlab_specsmooth.cli import demo
 from meshlab_specsmooth.comparison.metrics import add_noise
 from meshlab_specsmooth.comparison.side_by_side import measure, side_by_side, table
-from meshlab_specsmooth.meshlab import files, meshset
+from meshlab_specsmooth.meshlab import mesh_files, meshset
 
 ROOT = Path(__file__).parent.parent
 PAGES = {
@@ -99,7 +99,7 @@ def test_the_table_is_what_the_demo_gives():
     parser = ArgumentParser()
     demo.add_arguments(parser)
     defaults = parser.parse_args([])
-    truth = mss.Surface(*meshset.pull(files.read(files.sample("bunny.obj"))))
+    truth = mss.Surface(*meshset.get_arrays(mesh_files.read(mesh_files.sample("bunny.obj"))))
     noisy = mss.Surface(add_noise(truth, defaults.noise, defaults.seed), truth.faces)
     rows = [measure("noisy", "", noisy, truth, 0.0), *side_by_side(truth, noisy.vertices, demo.COMPETITORS)]
     (said,) = re.findall(r"```text\n(.*?)```", PAGES["docs/performance.md"], re.DOTALL)

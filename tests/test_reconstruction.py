@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth.graph.build import of_mesh
+from meshlab_specsmooth.graph.build import mesh_graph
 from meshlab_specsmooth.operators import reconstruction
 from meshlab_specsmooth.operators.laplacians import (
     barycenters,
@@ -10,6 +10,7 @@ from meshlab_specsmooth.operators.laplacians import (
     laplacian_of_kind,
 )
 from meshlab_specsmooth.operators.reconstruction import Constraints
+from meshlab_specsmooth.runtime.workspace import Workspace
 from tests.meshes import TETRAHEDRON, rough, sheet, together, torus
 
 MESHES = {
@@ -25,7 +26,7 @@ EVERY_WEIGHT = pytest.mark.parametrize("weight", [0.03, 1.0, 30.0])
 
 def system(mesh, kind="uniform"):
     V, F = mesh[0], mesh[1].astype(np.int32)
-    graph = of_mesh(F, len(V))
+    graph = mesh_graph(F, len(V))
     return laplacian_of_kind(kind, graph, V, F), gram_of_barycenters(graph), barycenters(F, len(V)).toarray()
 
 
@@ -44,7 +45,7 @@ def least_squares(L, C, weight, change, constraints):
 
 
 def some_held(n):
-    """Every third vertex has a displacement prescribed, and every fourth row has no say."""
+    """Every third vertex has a displacement prescribed, and every fourth row is left out."""
     free, rows = np.ones((n, 1)), np.ones((n, 1))
     free[::3], rows[1::4] = 0, 0
     return Constraints(free, rows, np.where(free, 0, random(n, seed=5)))
@@ -92,14 +93,23 @@ def test_from_a_displacement_nearby_fewer_iterations_lead_to_the_same(held):
     assert np.array_equal(start, kept)
 
 
-def test_spare_memory_changes_nothing():
+def test_the_content_of_a_workspace_does_not_matter():
     L, gram, _ = system(MESHES["open"])
     expected = reconstruction.solve(L, gram, 0.5, random(L.size)).displacement
     for count in range(8):
+        workspace = Workspace()
+        workspace.give_back(*(np.full((L.size, 3), np.nan) for _ in range(count)))
         change = random(L.size)
-        spare = [np.full_like(change, np.nan) for _ in range(count)]
-        given = reconstruction.solve(L, gram, 0.5, change, spare=[*spare, change])
-        assert np.array_equal(given.displacement, expected)
+        solution = reconstruction.solve(L, gram, 0.5, change, workspace=workspace, overwrite_change=True)
+        assert np.array_equal(solution.displacement, expected)
+        assert not any(workspace.borrow(change) is solution.displacement for _ in range(len(workspace)))
+
+
+def test_the_change_is_kept_unless_it_may_be_overwritten():
+    L, gram, _ = system(MESHES["open"])
+    change = random(L.size)
+    reconstruction.solve(L, gram, 0.5, change, workspace=Workspace())
+    assert np.array_equal(change, random(L.size))
 
 
 def test_prescribed_displacements_are_kept_to_the_bit():
@@ -129,7 +139,7 @@ def test_columns_that_need_nothing_are_left_alone():
     assert not one[:, [0, 2]].any()
 
 
-def test_progress_is_told_each_iteration_and_rises_to_the_end():
+def test_progress_is_reported_each_iteration_and_rises_to_the_end():
     L, gram, _ = system(MESHES["closed"])
     seen = []
     # a change as smooth as the surface, at a small weight: the residual grows before it falls
@@ -142,8 +152,8 @@ def test_progress_is_told_each_iteration_and_rises_to_the_end():
     assert min(seen) == 0
 
 
-def test_an_iteration_that_does_not_end_says_where_it_stands(monkeypatch):
-    monkeypatch.setattr(reconstruction, "MOST_ITERATIONS", 3)
+def test_an_iteration_that_does_not_converge_reports_its_residual(monkeypatch):
+    monkeypatch.setattr(reconstruction, "MAX_ITERATIONS", 3)
     L, gram, _ = system(MESHES["closed"])
     with pytest.raises(mss.NotConverged, match=r"residual of \d\.\de.* after 3 iterations .* raise barycenter_weight"):
         reconstruction.solve(L, gram, 0.01, np.random.default_rng(0).standard_normal((L.size, 3)))

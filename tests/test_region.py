@@ -223,10 +223,11 @@ def test_enhancement_has_the_transfer_function_of_the_book(method, gain):
     nx, ny = 18, 12
     three = [(1, 0), (3, 2), (9, 6)]  # below, inside and above the band
     V = np.stack([wave(p, q, nx, ny) for p, q in three], axis=1)
-    prepared = mss.prepare(V, torus_graph(nx, ny), weld=False)
-    edge = np.ldexp(prepared.mean_edge, prepared.exponent)
+    ops = mss.assemble(V, torus_graph(nx, ny), weld=False)
+    edge = np.ldexp(ops.mean_edge, ops.exponent)
     low, high, weight = 0.1, 0.9, 0.2
-    result = prepared.enhance(
+    result = mss.enhance(
+        ops,
         longest=np.pi / np.sqrt(low) * edge,
         shortest=np.pi / np.sqrt(high) * edge,
         gain=gain,

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth.spectral.response import RESPONSES, TRANSITION, TRANSITION_ERROR, band, ideal, response
+from meshlab_specsmooth.spectral.response import RESPONSES, TRANSITION, TRANSITION_ERROR, band, heat, ideal, response
 
 SPECTRUM = np.linspace(0, 2, 2001)
 EVERY_RESPONSE = pytest.mark.parametrize("name", RESPONSES)
@@ -55,3 +55,19 @@ def test_unknown_names_and_cutoffs_are_refused():
     for cutoff in (0.0, -1.0, 2.1, np.nan):
         with pytest.raises(mss.InvalidParameter, match="an eigenvalue, in"):
             response("ideal", cutoff)
+
+
+@EVERY_RESPONSE
+@pytest.mark.parametrize("cutoff", [1e-6, 0.01, 0.3, 1.7])
+def test_the_cutoff_is_where_the_gain_falls_to_a_half(name, cutoff):
+    assert response(name, cutoff).cutoff == pytest.approx(cutoff)
+    assert band(heat(1e-9), response(name, cutoff)).cutoff == pytest.approx(cutoff)
+    assert (~response(name, cutoff)).cutoff == 2
+
+
+def test_nothing_is_kept_beyond_the_support():
+    for h in (ideal(0.3), ideal(0.3) * heat(1.0), heat(1.0) * ideal(0.3), band(heat(0.1), ideal(0.3))):
+        assert h.support == 0.3
+        assert not h(SPECTRUM[SPECTRUM > h.support]).any()
+    for h in (heat(0.3), ~ideal(0.3), ideal(2.0)):
+        assert h.support == 2

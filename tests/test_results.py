@@ -15,10 +15,10 @@ import meshlab_specsmooth as mss
 from meshlab_specsmooth.batching.work import Outcome
 from meshlab_specsmooth.cli import main
 from meshlab_specsmooth.describe import Report, Sentence, describe_html, format_edges
-from meshlab_specsmooth.meshlab import files, filters, meshset
+from meshlab_specsmooth.meshlab import filters, mesh_files, meshset
 from meshlab_specsmooth.report import thumbnails
 from meshlab_specsmooth.runtime import bars
-from meshlab_specsmooth.runtime.progress import announce, part, rising
+from meshlab_specsmooth.runtime.progress import announce, monotone, subrange
 from tests.meshes import box, noisy, together, torus
 
 ROUGH = noisy(torus(20, 12), 0.2)
@@ -196,8 +196,8 @@ def test_one_level_on_arrays(mesh):
 
 def test_one_level_by_every_road(tmp_path, capsys):
     path = tmp_path / "scan.ply"
-    files.write(meshset.new(*ROUGH), path)
-    mesh = meshset.pull(files.read(path))
+    mesh_files.write(meshset.new(*ROUGH), path)
+    mesh = meshset.get_arrays(mesh_files.read(path))
     expected = mss.estimate_noise(*mesh)
     stated = [
         mss.denoise(*mesh).noise,
@@ -328,7 +328,7 @@ def test_a_terminal_is_told_what_is_done_and_how_long_it_takes(tmp_path, monkeyp
             return True
 
     path = tmp_path / "scan.ply"
-    files.write(meshset.new(*ROUGH), path)
+    mesh_files.write(meshset.new(*ROUGH), path)
     shown = Terminal()
     monkeypatch.setattr(sys, "stderr", shown)
     assert main([command, str(path), str(tmp_path / "out.ply")]) == 0
@@ -355,7 +355,7 @@ def test_callbacks_get_fractions_and_may_ask_for_stages():
     assert list(dict.fromkeys(listener.stages)) == ["assembling", "measuring noise", "choosing", "smoothing"]
     assert listener.fractions == sorted(listener.fractions)
     assert listener.fractions[-1] == 1.0
-    announce(rising(part(listener, 0.0, 0.5)), "within")
+    announce(monotone(subrange(listener, 0.0, 0.5)), "within")
     assert listener.stages[-1] == "within"
     announce(None, "nobody")
     announce(listener.fractions.append, "a function")

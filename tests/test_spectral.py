@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth.graph.kernels import COLUMNS
-from meshlab_specsmooth.operators.reconstruction import passed_on
+from meshlab_specsmooth.graph.protocols import COLUMNS
+from meshlab_specsmooth.operators.reconstruction import error_gain
 from meshlab_specsmooth.spectral import chebyshev, density, eigenbasis
-from meshlab_specsmooth.spectral.cutoff import WEYL, Cutoff, from_wavelength, lattice_share, wavelength_in_edges
+from meshlab_specsmooth.spectral.cutoff import WEYL, Cutoff, from_wavelength, lattice_fraction, wavelength_in_edges
 from meshlab_specsmooth.spectral.design import design
-from meshlab_specsmooth.spectral.response import RESPONSES, band, heat, ideal, response
+from meshlab_specsmooth.spectral.response import RESPONSES, band, from_gain, heat, ideal, response
 from tests.meshes import (
     TETRAHEDRON,
     TETRAHEDRON_SPECTRUM,
@@ -55,9 +55,9 @@ def looked_at(h):
 @pytest.mark.parametrize("weight", [0.02, 0.3, 1.0])
 def test_an_error_may_be_large_where_little_of_it_is_passed_on(name, weight):
     h = response(name, 0.025)
-    series = chebyshev.approximate(h, 1e-3, lambda x: passed_on(x, weight))
+    series = chebyshev.approximate(h, 1e-3, lambda x: error_gain(x, weight))
     off = abs(series(SPECTRUM) - h.smooth_gain(SPECTRUM))
-    seen = (off * passed_on(SPECTRUM, weight))[looked_at(h)].max()
+    seen = (off * error_gain(SPECTRUM, weight))[looked_at(h)].max()
     assert 0.1e-3 < seen <= series.error <= 1e-3
     if weight == 1:
         assert series.degree < 0.75 * chebyshev.approximate(h, 1e-3).degree
@@ -102,12 +102,12 @@ def test_the_shortest_series(degree):
     assert series.apply(L, X) == pytest.approx(sum(powers[: degree + 1]) @ X)
 
 
-def test_below_reaches_just_beyond_the_cutoff():
+def test_the_basis_reaches_just_beyond_the_cutoff():
     S = flat_torus(30, 20)
     known = torus_spectrum(30, 20)
     for eigenvalue in (0.05, 0.4, 1.2, 1.9):
         # a guess of one mode is far too few, and must not be trusted
-        basis = eigenbasis.below(S, Cutoff(eigenvalue, 1.0, 0.0))
+        basis = eigenbasis.up_to(S, Cutoff(eigenvalue, 1.0, 0.0))
         wanted = known[known <= eigenvalue]
         assert len(basis.eigenvalues) >= min(len(wanted) + 1, len(known))
         assert basis.eigenvalues[: len(wanted)] == pytest.approx(wanted, abs=1e-10)
@@ -120,12 +120,12 @@ def test_a_basis_that_does_not_fit_is_refused_with_its_size(monkeypatch):
 
 
 def test_the_cutoff_of_a_basis_lies_between_the_eigenvalues_kept_and_dropped():
-    basis = eigenbasis.complete(flat_torus(9, 7))
+    basis = eigenbasis.full(flat_torus(9, 7))
     known = torus_spectrum(9, 7)
     cutoff = basis.cutoff(7)
     assert (known <= cutoff.eigenvalue).sum() == 7
     assert basis.cutoff(63).eigenvalue == 2
-    two = eigenbasis.complete(twin(together(TETRAHEDRON, TETRAHEDRON)))
+    two = eigenbasis.full(twin(together(TETRAHEDRON, TETRAHEDRON)))
     assert two.kept(1) == two.cutoff(1).modes == 2  # both lowest eigenvalues are zero
     assert two.kept(3) == 8  # and all others are 4/3
 
@@ -170,7 +170,7 @@ def eigenvalues(name):
 
 @functools.cache
 def measured(name):
-    return density.measure(MANY_MODES[name]())
+    return density.estimate_density(MANY_MODES[name]())
 
 
 def miscount(name, share, found=None):
@@ -203,7 +203,7 @@ def test_the_stated_error_is_as_large_as_the_errors_are(monkeypatch):
     for seed in range(3):
         monkeypatch.setattr(density, "SEED", 100 + seed)
         for name in APART:
-            found = density.measure(MANY_MODES[name]())
+            found = density.estimate_density(MANY_MODES[name]())
             for share in SHARES:
                 error, cutoff = miscount(name, share, found)
                 ratios.append(error / (cutoff.error * cutoff.modes))
@@ -245,7 +245,7 @@ def test_the_stated_error_is_small_where_modes_are_many(name):
 def test_a_large_mesh_needs_few_random_vectors():
     # 134 thousand vertices, one block: the regular torus, whose eigenvalues are known
     nx, ny = 402, 333
-    known, found = torus_spectrum(nx, ny), density.measure(flat(nx, ny))
+    known, found = torus_spectrum(nx, ny), density.estimate_density(flat(nx, ny))
     assert found.probes == COLUMNS
     for modes in (300, 1000, 10_000, 60_000):
         cutoff = found.cutoff(modes)
@@ -262,9 +262,9 @@ def test_random_vectors_come_in_whole_blocks_and_are_fewer_on_larger_meshes(n):
 def test_the_lattice_has_the_modes_of_a_large_regular_torus():
     known = torus_spectrum(400, 401)
     x = np.array([0.01, 0.1, 0.5, 1.0, 1.3, 1.45])
-    assert lattice_share(x) == pytest.approx(np.searchsorted(known, x) / len(known), rel=2e-3, abs=1e-4)
+    assert lattice_fraction(x) == pytest.approx(np.searchsorted(known, x) / len(known), rel=2e-3, abs=1e-4)
     # and Weyl's law below any eigenvalue that a mesh could have
-    assert lattice_share(np.array([1e-12])) == pytest.approx(1e-12 / WEYL, rel=1e-3)
+    assert lattice_fraction(np.array([1e-12])) == pytest.approx(1e-12 / WEYL, rel=1e-3)
 
 
 def test_counting_is_seeded():
@@ -274,7 +274,7 @@ def test_counting_is_seeded():
 
 def test_measuring_once_serves_any_number_of_modes():
     L = flat(40, 30)
-    found = density.measure(L)
+    found = density.estimate_density(L)
     for modes in (1, 50, 700, 1200):
         assert found.cutoff(modes) == density.cutoff_of_modes(L, modes)
 
@@ -307,7 +307,7 @@ def test_waves_shorter_than_the_mesh_can_carry_keep_everything():
 @pytest.mark.parametrize("name", RESPONSES)
 def test_both_methods_cut_off_at_the_same_place(by, size, name):
     L = uniform(rough(torus(20, 12)))
-    exact, series = (design(L, size, by=by, name=name, method=m, tolerance=1e-4) for m in ("exact", "chebyshev"))
+    exact, series = (design(L, RESPONSES[name], **{by: size}, method=m, tolerance=1e-4) for m in ("exact", "chebyshev"))
     assert exact.cutoff.eigenvalue == pytest.approx(series.cutoff.eigenvalue, rel=1e-9)
     assert (exact.method, exact.filter.degree, exact.filter.error) == ("exact", 0, 0)
     assert series.method == "chebyshev"
@@ -318,14 +318,14 @@ def test_both_methods_cut_off_at_the_same_place(by, size, name):
 def test_the_automatic_method_is_exact_for_small_meshes_only():
     small, large = flat(10, 10), flat(40, 30)
     for L, method in ((small, "exact"), (large, "chebyshev")):
-        assert design(L, 20, by="modes", name="ideal", method="auto", tolerance=1e-3).method == method
+        assert design(L, ideal, modes=20, method="auto", tolerance=1e-3).method == method
 
 
 def test_an_exact_step_keeps_as_many_modes_as_were_asked_for_and_those_equal_to_the_last():
     L = flat(40, 30)
     # 37, which splits four equal eigenvalues, becomes 39
     for asked, kept in ((35, 35), (37, 39), (39, 39)):
-        filter_ = design(L, asked, by="modes", name="ideal", method="exact", tolerance=1e-3).filter
+        filter_ = design(L, ideal, modes=asked, method="exact", tolerance=1e-3).filter
         assert np.trace(filter_.apply(L, np.eye(1200))) == pytest.approx(kept, abs=1e-8)
 
 
@@ -333,10 +333,79 @@ def test_all_modes_are_everything():
     L = flat(10, 10)
     X = np.random.default_rng(0).standard_normal((100, 1))
     for method in ("exact", "chebyshev"):
-        filter_ = design(L, 100, by="modes", name="ideal", method=method, tolerance=1e-3).filter
+        filter_ = design(L, ideal, modes=100, method=method, tolerance=1e-3).filter
         assert filter_.apply(L, X) == pytest.approx(X)
 
 
 def test_an_unknown_method_is_refused():
     with pytest.raises(mss.InvalidParameter, match="method is 'magic'"):
-        design(flat(5, 5), 3, by="modes", name="ideal", method="magic", tolerance=1e-3)
+        design(flat(5, 5), ideal, modes=3, method="magic", tolerance=1e-3)
+
+
+@pytest.mark.parametrize("name", RESPONSES)
+@pytest.mark.parametrize("method", ["exact", "chebyshev"])
+def test_a_response_that_is_given_is_that_of_its_family_at_the_cutoff(name, method):
+    L = uniform(rough(torus(20, 12)))
+    family = design(L, RESPONSES[name], wavelength=6.0, method=method, tolerance=1e-4)
+    alone = design(L, response(name, family.cutoff.eigenvalue), method=method, tolerance=1e-4)
+    assert alone.response.label == family.response.label
+    assert (alone.cutoff.eigenvalue, alone.cutoff.modes) == pytest.approx(
+        (family.cutoff.eigenvalue, family.cutoff.modes), rel=1e-9
+    )
+    X = np.random.default_rng(0).standard_normal((240, 3))
+    assert np.array_equal(alone.filter.apply(L, X), family.filter.apply(L, X))
+
+
+@pytest.mark.parametrize("method", ["exact", "chebyshev"])
+@pytest.mark.parametrize("size", [{"modes": 40}, {"wavelength": 6.0}])
+def test_a_family_of_ones_own_does_what_its_gain_says(method, size):
+    L = uniform(rough(torus(20, 12)))
+    values, U = np.linalg.eigh(L.graph.symmetric_laplacian().toarray())
+    made = design(L, lambda c: from_gain(lambda x: 1 / (1 + x / c)), **size, method=method, tolerance=1e-6)
+    assert made.response.cutoff == pytest.approx(made.cutoff.eigenvalue)
+    X, root = np.random.default_rng(0).standard_normal((240, 3)), np.sqrt(L.degree)
+    expected = U @ (made.response(values)[:, None] * (U.T @ (X * root))) / root
+    assert made.filter.apply(L, X) == pytest.approx(expected, abs=1e-5)
+
+
+def test_only_the_modes_that_a_response_keeps_are_computed():
+    L = flat(40, 30)
+    S, known = L.graph.symmetric_laplacian(), torus_spectrum(40, 30)
+    for h in (ideal(0.05), ideal(0.05) * heat(0.02), heat(0.02) * ideal(0.05)):
+        basis = design(L, h, method="exact", tolerance=1e-3).filter.basis
+        assert (known <= 0.05).sum() < len(basis.eigenvalues) < S.shape[0]
+    for family in (ideal, lambda c: heat(c) * ideal(c)):
+        basis = design(L, family, modes=20, method="exact", tolerance=1e-3).filter.basis
+        assert 20 < len(basis.eigenvalues) < S.shape[0]
+
+
+def test_a_family_that_vanishes_above_some_cutoffs_only_is_given_all_modes():
+    L = flat(12, 9)
+    made = design(L, lambda c: ideal(c) if c > 0.5 else heat(c), modes=5, method="exact", tolerance=1e-3)
+    assert made.response.label.startswith("heat")
+    assert len(made.filter.basis.eigenvalues) == 108
+
+
+@pytest.mark.parametrize("size", [{}, {"modes": 3, "wavelength": 5.0}])
+def test_a_family_needs_one_cutoff(size):
+    with pytest.raises(mss.InvalidParameter, match="either modes or wavelength"):
+        design(flat(5, 5), ideal, **size, method="auto", tolerance=1e-3)
+
+
+def test_a_response_takes_no_cutoff():
+    with pytest.raises(mss.InvalidParameter, match="takes neither"):
+        design(flat(5, 5), heat(0.1), modes=3, method="auto", tolerance=1e-3)
+
+
+@pytest.mark.parametrize("method", ["exact", "chebyshev"])
+@pytest.mark.parametrize(
+    ("family", "message"),
+    [
+        (lambda c: c, "must be a Response, or a function from a cut-off to one"),
+        (lambda c: from_gain(lambda x: np.full_like(x, np.nan), "mine"), "response mine must have one finite gain"),
+        (lambda c: from_gain(lambda x: 1.0, "mine"), "response mine must have one finite gain"),
+    ],
+)
+def test_a_family_that_gives_no_usable_response_is_refused(family, message, method):
+    with pytest.raises(mss.InvalidParameter, match=message):
+        design(flat(5, 5), family, modes=3, method=method, tolerance=1e-3)

@@ -52,7 +52,7 @@ def test_the_spectrum_scales_with_the_mesh():
 
 
 def test_what_has_no_spectrum_is_refused():
-    with pytest.raises(mss.InvalidParameter, match="bands is 1; it must be a whole number from 2 to 4096"):
+    with pytest.raises(mss.InvalidParameter, match="bands is 1; it must be an integer from 2 to 4096"):
         mss.spectrum(*torus(), bands=1)
     with pytest.raises(mss.InvalidParameter, match="a mesh without edges has no spectrum"):
         mss.spectrum([[0, 0, 0]], [[0, 0, 0]])

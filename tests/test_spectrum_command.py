@@ -9,22 +9,22 @@ import pytest
 
 import meshlab_specsmooth as mss
 from meshlab_specsmooth.cli import main
-from meshlab_specsmooth.meshlab import files, meshset
-from meshlab_specsmooth.operators.reconstruction import transferred
+from meshlab_specsmooth.meshlab import mesh_files, meshset
+from meshlab_specsmooth.operators.reconstruction import transfer_function
 from tests.meshes import rough, torus, torus_graph
 
 
 @pytest.fixture(params=[(20, 12), (60, 40)], ids=["exact", "moments"])
 def scan(tmp_path, request):
     path = tmp_path / "scan.ply"
-    files.write(meshset.new(*rough(torus(*request.param))), path)
+    mesh_files.write(meshset.new(*rough(torus(*request.param))), path)
     return path
 
 
 def test_the_files_hold_what_the_function_measures(scan, tmp_path, capsys):
     out = tmp_path / "out"
     assert main(["spectrum", str(scan), "--out", str(out), "--bands", "16", "--modes", "40"]) == 0
-    expected = mss.spectrum(*meshset.pull(files.read(scan)), bands=16)
+    expected = mss.spectrum(*meshset.get_arrays(mesh_files.read(scan)), bands=16)
     whole = json.loads((out / "spectrum.json").read_text(encoding="utf-8"))
     assert whole["noise_floor"] == expected.noise_floor
     assert whole["method"] == expected.method
@@ -54,7 +54,7 @@ def test_without_the_extra_the_figures_are_there_and_the_extra_is_named(scan, tm
 @pytest.mark.parametrize(
     ("arguments", "code", "words"),
     [
-        (["--bands", "1"], 2, "whole number from 2 to 4096"),
+        (["--bands", "1"], 2, "integer from 2 to 4096"),
         (["--modes", "3", "--wavelength", "1"], 2, "modes and wavelength"),
         (["--response", "box"], 2, "invalid choice"),
     ],
@@ -70,7 +70,7 @@ def test_wrong_usage_is_one_line(scan, tmp_path, capsys, arguments, code, words)
 
 def test_points_at_one_place_have_no_spectrum(tmp_path, capsys):
     path = tmp_path / "point.ply"
-    files.write(meshset.new(np.ones((2400, 3)), torus_graph(60, 40)), path)
+    mesh_files.write(meshset.new(np.ones((2400, 3)), torus_graph(60, 40)), path)
     assert main(["spectrum", str(path), "--out", str(tmp_path)]) == 2
     assert capsys.readouterr().err == "specsmooth: a mesh without edges has no spectrum\n"
 
@@ -89,5 +89,5 @@ def test_the_whole_filter_is_what_the_three_steps_do_to_a_wave():
         wavelength *= 2.0 ** mss.prepare(V, F, weld=False).exponent
         result = mss.smooth(V, F, wavelength=wavelength, response="heat", barycenter_weight=weight, weld=False)
         gain = np.exp2(-values[k] / result.cutoff)
-        expected = transferred(np.array([values[k]]), np.array([gain]), weight)[0]
+        expected = transfer_function(np.array([values[k]]), np.array([gain]), weight)[0]
         assert result.vertices == pytest.approx(expected * V, abs=2e-3 * abs(V).max())

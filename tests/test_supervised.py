@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from meshlab_specsmooth.meshlab import files, meshset
+from meshlab_specsmooth.meshlab import mesh_files, meshset
 from tests.meshes import rough, torus
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="processes are copied on Linux alone")
@@ -20,7 +20,7 @@ import atexit, ctypes, os, select, signal, sys, time
 from pathlib import Path
 import pymeshlab
 from meshlab_specsmooth.runtime import memory
-from meshlab_specsmooth.meshlab import files
+from meshlab_specsmooth.meshlab import mesh_files
 from meshlab_specsmooth.cli import main
 
 memory.available = lambda: 2**28
@@ -40,7 +40,7 @@ SCRIPT = '<FilterScript><filter name="Spectral Smooth"/></FilterScript>'
 
 @pytest.fixture
 def folder(tmp_path, untraced):
-    files.write(meshset.new(*rough(torus(8, 6))), tmp_path / "scan.ply")
+    mesh_files.write(meshset.new(*rough(torus(8, 6))), tmp_path / "scan.ply")
     (tmp_path / "script.mlx").write_text(SCRIPT)
     (tmp_path / "out.ply").write_bytes(b"as it was")
     return tmp_path

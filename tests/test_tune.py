@@ -9,7 +9,7 @@ import pytest
 import meshlab_specsmooth as mss
 from meshlab_specsmooth.cli import main
 from meshlab_specsmooth.cli import tune as command
-from meshlab_specsmooth.meshlab import files, meshset, scripts
+from meshlab_specsmooth.meshlab import mesh_files, meshset, scripts
 from meshlab_specsmooth.report import window
 from meshlab_specsmooth.report.window import Setting
 from tests.meshes import rough, torus
@@ -18,7 +18,7 @@ from tests.meshes import rough, torus
 @pytest.fixture
 def scan(tmp_path):
     path = tmp_path / "scan.ply"
-    files.write(meshset.new(*rough(torus(30, 20))), path)
+    mesh_files.write(meshset.new(*rough(torus(30, 20))), path)
     return path
 
 
@@ -70,11 +70,11 @@ def test_without_a_display_or_the_extra_it_says_so(scan, monkeypatch, capsys):
 
 @pytest.mark.parametrize("features", ["none", "vertex_quality"])
 def test_buttons_save_the_mesh_and_the_script_and_print_the_call(scan, tmp_path, monkeypatch, capsys, features):
-    V, F = meshset.pull(files.read(scan))
+    V, F = meshset.get_arrays(mesh_files.read(scan))
     weights = (V[:, 2] > 0).astype(float)
     ms = meshset.new(V, F)
     ms.compute_scalar_by_function_per_vertex(q="z > 0 ? 1 : 0", normalize=False)
-    files.write(ms, scan)
+    mesh_files.write(ms, scan)
     setting = Setting(8.0, 0.4, "butterworth", 0.5)
     said = []
 
@@ -92,9 +92,9 @@ def test_buttons_save_the_mesh_and_the_script_and_print_the_call(scan, tmp_path,
     edge = mss.smooth(V, F, barycenter_weight=1.0).mean_edge
     given = {"wavelength": 8.0 * edge, "barycenter_weight": 0.4, "response": "butterworth"}
     expected = mss.smooth(V, F, **given, **marked).vertices
-    written, _ = meshset.pull(files.read(out))
+    written, _ = meshset.get_arrays(mesh_files.read(out))
     assert written == pytest.approx(expected, abs=1e-5)
-    ms = files.read(scan)
+    ms = mesh_files.read(scan)
     from meshlab_specsmooth.meshlab.filters import FILTERS
 
     scripts.run(ms, scripts.read(script), FILTERS)

@@ -19,9 +19,9 @@ from pathlib import Path
 from meshlab_specsmooth.batching.work import CRASHED, Job, Outcome, failure
 from meshlab_specsmooth.batching.worker import serve
 from meshlab_specsmooth.isolation import processes
-from meshlab_specsmooth.parameters import MOST_WORKERS, check_count, check_number
+from meshlab_specsmooth.parameters import MAX_WORKERS, check_count, check_number
 from meshlab_specsmooth.runtime import memory, temporary
-from meshlab_specsmooth.runtime.interrupts import Hold
+from meshlab_specsmooth.runtime.interrupts import DeferInterrupts
 
 # Bytes of memory for a byte of the file, at the peak: a binary PLY has 38 bytes a vertex, two faces included, of which
 # pymeshlab makes some 500 and smoothing 800 more. Compressed formats have a tenth of the bytes.
@@ -93,7 +93,7 @@ def outcomes(jobs: Sequence[tuple[Job, int]], workers: int | None, time_limit: f
         At once: ``workers`` is less than 1, or ``time_limit`` not positive.
     """
     most = _processors() if workers is None else workers
-    check_count("workers", most, 1, MOST_WORKERS)
+    check_count("workers", most, 1, MAX_WORKERS)
     time_limit = check_time_limit(time_limit)
     return _outcomes(jobs, min(most, len(jobs)), time_limit)
 
@@ -131,14 +131,14 @@ def _outcomes(jobs: Sequence[tuple[Job, int]], most: int, time_limit: float) -> 
                     del running[ended]
                     yield ended.result()
         finally:
-            with Hold():
+            with DeferInterrupts():
                 for worker in crew:
                     worker.tell_to_end()
                 for worker in crew:
                     worker.end()
                 # a process that had to be killed, or was interrupted twice, may have left something
                 for folder in {Path(job.output).parent for job, _ in jobs}:
-                    temporary.sweep(folder)
+                    temporary.remove_stale(folder)
 
 
 class Worker:

@@ -16,9 +16,9 @@ from meshlab_specsmooth.batching.work import NOT_RUN, Job, Outcome, failure, por
 from meshlab_specsmooth.errors import FileError, InvalidParameter
 from meshlab_specsmooth.meshlab import descriptors
 from meshlab_specsmooth.meshlab.filters import FILTERS
-from meshlab_specsmooth.meshlab.parameters import resolved_anywhere
+from meshlab_specsmooth.meshlab.parameters import resolve_for_any_mesh
 from meshlab_specsmooth.parameters import (
-    MOST_WORKERS,
+    MAX_WORKERS,
     check_choice,
     check_count,
     check_flag,
@@ -129,10 +129,10 @@ def batch(
     resume, pictures = check_flag("resume", resume), check_flag("pictures", pictures)
     force = check_flag("force", force)
     progress, each = begin(progress, "smoothing"), None if each is None else check_function("each", each)
-    workers = None if workers is None else check_count("workers", workers, 1, MOST_WORKERS)
+    workers = None if workers is None else check_count("workers", workers, 1, MAX_WORKERS)
     time_limit = local.check_time_limit(time_limit)
     out = check_path("out", out)
-    checked = resolved_anywhere(descriptors.load(filter_name), settings)
+    checked = resolve_for_any_mesh(descriptors.load(filter_name), settings)
     given = {name: portable(value) for name, value in checked.items()}
     found = sources(paths, out, ending)
     folder = Path(out).absolute()

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from meshlab_specsmooth.batching.work import STATUSES, Outcome
 from meshlab_specsmooth.describe import Described, Rows
-from meshlab_specsmooth.meshlab import files
+from meshlab_specsmooth.runtime import atomic
 from meshlab_specsmooth.version import VERSION
 
 # Meshes that are shown one by one
@@ -73,14 +73,14 @@ class BatchSummary(Described):
             "pictures": list(self.pictures),
             "meshes": [asdict(outcome) for outcome in self.outcomes],
         }
-        files.write_text(out / "summary.json", json.dumps(document, indent=1) + "\n")
+        atomic.write_text(out / "summary.json", json.dumps(document, indent=1) + "\n")
         table = io.StringIO()
         writer = csv.DictWriter(table, COLUMNS, lineterminator="\n")
         writer.writeheader()
         writer.writerows(
             {name: _writable(value) for name, value in asdict(outcome).items()} for outcome in self.outcomes
         )
-        files.write_text(out / "summary.csv", table.getvalue())
+        atomic.write_text(out / "summary.csv", table.getvalue())
 
 
 def _line(outcome: Outcome) -> str:

@@ -15,11 +15,11 @@ import numpy as np
 from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.errors import FileError, SpecsmoothError
 from meshlab_specsmooth.geometry.surface import Surface, is_closed, signed_volume
-from meshlab_specsmooth.meshlab import descriptors, files, losses, meshset, precision
+from meshlab_specsmooth.meshlab import descriptors, losses, mesh_files, meshset, precision
 from meshlab_specsmooth.meshlab.descriptors import AnySelected, Length
 from meshlab_specsmooth.meshlab.filters import FILTERS, quiet
 from meshlab_specsmooth.meshlab.parameters import PyMeshLabException
-from meshlab_specsmooth.runtime import temporary
+from meshlab_specsmooth.runtime import atomic, temporary
 from meshlab_specsmooth.version import VERSION
 
 #: How a mesh can have ended: smoothed now, or by a run before; refused or in trouble; its process died; not begun.
@@ -134,7 +134,7 @@ def failure(job: Job, status: str, reason: str) -> Outcome:
 
 def portable(value: Any) -> Any:
     """A filter's checked argument as JSON has it: a share of the diagonal becomes a dict."""
-    return {"diagonals": value.share} if isinstance(value, Length) else value
+    return {"diagonals": value.fraction} if isinstance(value, Length) else value
 
 
 def _native(value: Any) -> Any:
@@ -147,19 +147,19 @@ def _run(job: Job, start: float) -> Outcome:
         earlier = read_record(job.output)
         if earlier is not None and earlier.outcome and earlier.asks_the_same(before) and earlier.is_of(job.output):
             return replace(Outcome(**earlier.outcome), input=job.source, output=job.output, status=SKIPPED)
-    temporary.sweep(Path(job.output).parent)
-    target = files.check_target(job.output)
+    temporary.remove_stale(Path(job.output).parent)
+    target = mesh_files.check_target(job.output)
     # meshes of a folder may all have such images: each needs names of its own
-    ms = files.read(job.source, prefix=f"{Path(job.output).stem}-")
-    files.check_textures(ms, target, job.source)
-    vertices, faces = meshset.pull(ms)
-    lost = losses.losses(job.source)
+    ms = mesh_files.read(job.source, prefix=f"{Path(job.output).stem}-")
+    mesh_files.check_textures(ms, target, job.source)
+    vertices, faces = meshset.get_arrays(ms)
+    lost = losses.find_losses(job.source)
     notices = [] if lost is None else [lost]
     notices += precision.check_rounding(vertices, faces, job.source, job.output, job.force)
     with quiet():
         report = FILTERS[job.filter_name](ms, **{name: _native(value) for name, value in job.settings.items()})
     notices += [report["warning"]] if report.get("warning") else []
-    written = files.write(ms, target, source=job.source)
+    written = mesh_files.write(ms, target, source=job.source)
     noise = report.get("noise")  # measured where the strength is chosen; the edge-aware filter has no cut-off
     outcome = Outcome(
         job.source,
@@ -168,12 +168,12 @@ def _run(job: Job, start: float) -> Outcome:
         vertices=len(vertices),
         noise=None if noise is None else noise.level,
         cutoff=report.get("cutoff"),
-        volume_change=_volume_change(vertices, meshset.pull(ms)[0], faces),
+        volume_change=_volume_change(vertices, meshset.get_arrays(ms)[0], faces),
         warning="; ".join([*notices, *written.notices]),
         seconds=time.perf_counter() - start,
     )
     record = replace(before, output_sha256=digest(str(written.file)), outcome=asdict(outcome))
-    files.write_text(job.output + RECORD_ENDING, json.dumps(asdict(record), indent=1) + "\n")
+    atomic.write_text(job.output + RECORD_ENDING, json.dumps(asdict(record), indent=1) + "\n")
     return outcome
 
 

@@ -23,8 +23,7 @@ from typing import Any
 from meshlab_specsmooth.batching.work import CRASHED, FAILED, Job, Outcome, failure, run, warm_up
 from meshlab_specsmooth.errors import FileError
 from meshlab_specsmooth.isolation import copies
-from meshlab_specsmooth.meshlab import files
-from meshlab_specsmooth.runtime import memory, temporary
+from meshlab_specsmooth.runtime import atomic, memory, temporary
 
 
 def serve(work: Callable[[Job], Outcome] = run) -> None:
@@ -32,7 +31,7 @@ def serve(work: Callable[[Job], Outcome] = run) -> None:
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # whatever C++ has to say must not get in between
     signal.signal(signal.SIGTERM, _end)  # so that temporary folders are removed
-    temporary.sweep(tempfile.gettempdir())
+    temporary.remove_stale(tempfile.gettempdir())
     jobs: queue.SimpleQueue[dict[str, Any] | None] = queue.SimpleQueue()
     # without a buffer, as a copy of this process would wait for the lock of it as it ends
     stream = open(0, "rb", buffering=0, closefd=False)  # noqa: SIM115 (for as long as the process)
@@ -55,7 +54,7 @@ def _done(work: Callable[[Job], Outcome], job: Job, limit: int) -> Outcome:
     copy = copies.start()
     if copy.process == 0:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
-        with files.postponed() as written, memory.limited(limit):
+        with atomic.postponed() as written, memory.limited(limit):
             outcome = work(job)
         if not outcome.is_there:
             copies.Left(written).discard()
@@ -73,7 +72,7 @@ def _done(work: Callable[[Job], Outcome], job: Job, limit: int) -> Outcome:
         left = copies.take_over(copy)
         if code != 0:
             left.discard()
-            temporary.sweep(Path(job.output).parent, copy.process)
+            temporary.remove_stale(Path(job.output).parent, copy.process)
     if code != 0 or left.answer is None:
         end = f"crashed ({signal.Signals(-code).name})" if code < 0 else f"ended with exit code {code}"
         return failure(job, CRASHED, f"the process that read or smoothed it {end}")

@@ -20,9 +20,8 @@ from meshlab_specsmooth.cli import batch, compare, demo, denoise, filters, run, 
 from meshlab_specsmooth.cli.progress import notice
 from meshlab_specsmooth.errors import InvalidParameter, Slow, SpecsmoothError, suggest
 from meshlab_specsmooth.isolation import copies
-from meshlab_specsmooth.meshlab import files
 from meshlab_specsmooth.meshlab.parameters import PyMeshLabException
-from meshlab_specsmooth.runtime import temporary
+from meshlab_specsmooth.runtime import atomic, temporary
 from meshlab_specsmooth.version import VERSION
 
 DONE, FAILED, USAGE = 0, 1, 2
@@ -122,7 +121,7 @@ def _run(arguments: Sequence[str] | None) -> int:
 def _run_in_a_copy(given: argparse.Namespace, file: str) -> int:
     """Run a command in a copy of this process; what it wrote gets to its place when the copy has ended well."""
     for place in _places(given):  # of what a process left that was killed
-        temporary.sweep(place)
+        temporary.remove_stale(place)
     handed_on = {signal.SIGINT, signal.SIGTERM, signal.SIGHUP}
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {*handed_on, signal.SIGCHLD})
     copy = copies.start()
@@ -132,7 +131,7 @@ def _run_in_a_copy(given: argparse.Namespace, file: str) -> int:
         if getattr(given, "writes_at_once", False):
             given.run(given)
             return DONE
-        with files.postponed() as written, contextlib.redirect_stdout(io.StringIO()) as printed:
+        with atomic.postponed() as written, contextlib.redirect_stdout(io.StringIO()) as printed:
             given.run(given)
         copies.hand_over(copy, written, printed.getvalue())
         return DONE
@@ -149,7 +148,7 @@ def _run_in_a_copy(given: argparse.Namespace, file: str) -> int:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
     if code != DONE:
         for place in _places(given):  # what the copy was writing
-            temporary.sweep(place, copy.process)
+            temporary.remove_stale(place, copy.process)
     if code < 0:
         raise Crashed(f"{file}: the process that read, changed or wrote it crashed ({signal.Signals(-code).name})")
     return code

@@ -14,7 +14,7 @@ from meshlab_specsmooth.comparison.comparison import table
 from meshlab_specsmooth.comparison.competitors import COMPETITORS, DEFAULT, competitors
 from meshlab_specsmooth.comparison.experiment import experiment
 from meshlab_specsmooth.errors import InvalidParameter, MissingExtra
-from meshlab_specsmooth.meshlab import files, meshset, precision
+from meshlab_specsmooth.meshlab import mesh_files, meshset, precision
 from meshlab_specsmooth.report import page
 from meshlab_specsmooth.report.compared import surface_of, with_colors
 
@@ -61,9 +61,9 @@ def run(arguments: argparse.Namespace) -> None:
     if not arguments.overwrite:
         inputs = [each for each in (arguments.mesh, arguments.ground_truth) if each is not None]
         page.check_inputs(arguments.out, inputs, [each.name for each in wanted])
-    ms = files.read(arguments.mesh)
+    ms = mesh_files.read(arguments.mesh)
     say_rounding(ms, arguments.mesh)
-    precision.check_drawable(meshset.pull(ms)[0], arguments.mesh)
+    precision.check_drawable(meshset.get_arrays(ms)[0], arguments.mesh)
     has_extra = True
     try:
         page.check_extra()
@@ -71,7 +71,7 @@ def run(arguments: argparse.Namespace) -> None:
         notice(f"{error}; without it there are the project and the figures")
         has_extra = False
     given = surface_of(ms)
-    truth = None if arguments.ground_truth is None else surface_of(files.read(arguments.ground_truth))
+    truth = None if arguments.ground_truth is None else surface_of(mesh_files.read(arguments.ground_truth))
     with bar("comparing") as progress:
         found = experiment(
             given,

@@ -15,8 +15,9 @@ from meshlab_specsmooth.comparison.metrics import add_noise
 from meshlab_specsmooth.comparison.side_by_side import Row, measure, side_by_side, table
 from meshlab_specsmooth.errors import FileError
 from meshlab_specsmooth.geometry.surface import Surface
-from meshlab_specsmooth.meshlab import files, meshset
+from meshlab_specsmooth.meshlab import mesh_files, meshset
 from meshlab_specsmooth.report.pictures import Panel, View, close_up, front, picture
+from meshlab_specsmooth.runtime import atomic
 from meshlab_specsmooth.smoothing.api import smooth
 
 SUMMARY = "show the filters side by side on the Stanford bunny"
@@ -72,9 +73,9 @@ noise_level.__name__, seed_number.__name__ = "noise", "seed"  # as argparse puts
 def run(arguments: argparse.Namespace) -> None:
     """Smooth, measure, print, draw."""
     if arguments.scan is not None:
-        files.check_target(arguments.scan)
+        mesh_files.check_target(arguments.scan)
         _, noisy = _bunny(arguments)
-        files.write(meshset.new(noisy.vertices, noisy.faces), arguments.scan)
+        mesh_files.write(meshset.new(noisy.vertices, noisy.faces), arguments.scan)
         return
     out = Path(arguments.out)
     try:
@@ -82,7 +83,7 @@ def run(arguments: argparse.Namespace) -> None:
     except OSError as error:
         raise FileError(f"{out}: cannot be made: {error.strerror}") from error
     for name in ("table.txt", "bunny.png"):
-        files.check_place(out / name)
+        atomic.check_place(out / name)
     truth, noisy = _bunny(arguments)
     rows = [measure("noisy", "", noisy, truth, 0.0)]
     # what is compiled at the first call of all, or loaded at the first of a process, is no part of the comparison
@@ -97,7 +98,7 @@ def run(arguments: argparse.Namespace) -> None:
         f"{arguments.seed}\n\n{table(rows)}\n\n{_calls(rows)}\n\n{_finding(rows)}"
     )
     print(text)
-    files.write_text(out / "table.txt", text + "\n")
+    atomic.write_text(out / "table.txt", text + "\n")
     panels = [Panel(f"original\n{len(truth.faces)} faces", truth)]
     panels += [Panel(f"{row.name}\nnormals off by {row.normal_error:.1f} deg", row.surface) for row in rows]
     view = front(truth)
@@ -107,7 +108,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 def _bunny(arguments: argparse.Namespace) -> tuple[Surface, Surface]:
     """The bunny that comes with pymeshlab, as it is and with noise."""
-    truth = Surface(*meshset.pull(files.read(files.sample("bunny.obj"))))
+    truth = Surface(*meshset.get_arrays(mesh_files.read(mesh_files.sample("bunny.obj"))))
     return truth, Surface(add_noise(truth, arguments.noise, arguments.seed), truth.faces)
 
 

@@ -5,21 +5,17 @@ from __future__ import annotations
 import argparse
 
 from meshlab_specsmooth.arrays import Floats, Integers
-from meshlab_specsmooth.cli.meshes import read_to_write, write
-from meshlab_specsmooth.cli.options import add_files, add_options, given_parameters
-from meshlab_specsmooth.cli.progress import FILTERING, bar, notice
-from meshlab_specsmooth.describe import format_length
-from meshlab_specsmooth.geometry.surface import Surface
-from meshlab_specsmooth.meshlab import descriptors, files, filters, meshset
+from meshlab_specsmooth.cli.filtering import apply_and_write, print_report, read_input
+from meshlab_specsmooth.cli.options import add_files, add_options
+from meshlab_specsmooth.cli.progress import bar
+from meshlab_specsmooth.meshlab import descriptors, meshset
 from meshlab_specsmooth.meshlab.measures import self_intersecting_faces
-from meshlab_specsmooth.meshlab.parameters import check_given
-from meshlab_specsmooth.runtime.progress import announce, part
 
 _DESCRIPTOR = descriptors.load("apply_coord_spectral_denoising")
 
-SUMMARY = "smooth a mesh file by whatever has the least estimated error"
-DESCRIPTION = """Measures the noise, tries the isotropic filter and settings of the edge-aware one, and writes the
-surface of the setting that has the least estimated error; no parameter is needed, and no ground truth."""
+SUMMARY = "denoise a mesh file; the method is chosen by estimated error"
+DESCRIPTION = """Estimates the noise, tries the isotropic filter and several settings of the edge-aware one, and writes
+the result of least estimated error. Needs no parameter and no ground truth."""
 EXAMPLES = """examples:
   specsmooth denoise scan.ply smooth.ply
   specsmooth denoise scan.ply smooth.obj --criterion normals
@@ -34,32 +30,32 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Read, denoise, write, and say what was taken and why."""
-    files.check_target(arguments.output)
+    """Read, denoise, write, and print the result and the reason for the choice."""
     with bar("reading") as progress:
-        ms = read_to_write(arguments)
-        vertices, faces = meshset.pull(ms)
-        Surface(vertices, faces)  # says what is wrong, and the remedy
-        given = given_parameters(arguments, _DESCRIPTOR)
-        check_given(_DESCRIPTOR, given, ms)
-        with filters.quiet():
-            report = filters.apply_coord_spectral_denoising(ms, **given, progress=part(progress, 0.0, FILTERING))
-        announce(progress, "writing")
-        write(ms, arguments)
-        crossing, new = crossed(vertices, meshset.pull(ms)[0], faces)
-    print(
-        f"{arguments.output}: {len(vertices)} vertices, moved by "
-        f"{format_length(report['displacement'], report['noise'].mean_edge)} (RMS), {report['seconds']:.2f} s"
-    )
-    print(f"  {report.summary}")
-    print(f"  self-intersecting faces: {crossing} ({new} new); flipped faces: {report['flips']}")
-    if report["warning"] is not None:
-        notice(report["warning"])
+        ms = read_input(arguments)
+        before, faces = meshset.get_arrays(ms)
+        report = apply_and_write(ms, arguments, _DESCRIPTOR, progress)
+        intersecting, new = count_self_intersections(before, meshset.get_arrays(ms)[0], faces)
+    line = f"self-intersecting faces: {intersecting} ({new} new); flipped faces: {report['flips']}"
+    print_report(ms, arguments, report, report["noise"].mean_edge, line)
 
 
-def crossed(before: Floats, after: Floats, faces: Integers) -> tuple[int, int]:
-    """How many faces run through others afterward, and how many of them did not before."""
-    crossing = self_intersecting_faces(after, faces)
-    if not crossing.any():
-        return 0, 0  # as nearly always, and the count is slow
-    return int(crossing.sum()), int((crossing & ~self_intersecting_faces(before, faces)).sum())
+def count_self_intersections(before: Floats, after: Floats, faces: Integers) -> tuple[int, int]:
+    """Count the self-intersecting faces of a filtered mesh.
+
+    Parameters
+    ----------
+    before, after : (n, 3) float64
+        Vertices before and after the filter.
+    faces : (m, 3) int
+
+    Returns
+    -------
+    count : int
+    new : int
+        Number of those that did not intersect others before.
+    """
+    intersecting = self_intersecting_faces(after, faces)
+    if not intersecting.any():
+        return 0, 0  # the usual case; saves the second measurement, which is slow
+    return int(intersecting.sum()), int((intersecting & ~self_intersecting_faces(before, faces)).sum())

@@ -8,7 +8,7 @@ from typing import Any
 
 from meshlab_specsmooth.cli.progress import notice
 from meshlab_specsmooth.errors import InvalidParameter
-from meshlab_specsmooth.meshlab import files, losses, meshset, precision
+from meshlab_specsmooth.meshlab import losses, mesh_files, meshset, precision
 
 
 def read_to_write(arguments: argparse.Namespace, moves: bool = False) -> Any:
@@ -29,9 +29,9 @@ def read_to_write(arguments: argparse.Namespace, moves: bool = False) -> Any:
     """
     if not arguments.overwrite and Path(arguments.input).resolve() == Path(arguments.output).resolve():
         raise InvalidParameter(f"{arguments.output} is the input and the output; --overwrite replaces it")
-    ms = files.read(arguments.input)
-    files.check_textures(ms, arguments.output, arguments.input)
-    lost = losses.losses(arguments.input)
+    ms = mesh_files.read(arguments.input)
+    mesh_files.check_textures(ms, arguments.output, arguments.input)
+    lost = losses.find_losses(arguments.input)
     if lost is not None:
         notice(lost)
     _check_rounding(ms, arguments, None if moves else arguments.output)
@@ -42,16 +42,16 @@ def write(ms: Any, arguments: argparse.Namespace, moved: bool = False) -> None:
     """Write the output, and say what is missing; raises :class:`FileError`."""
     if moved:
         _check_rounding(ms, arguments, arguments.output)
-    for line in files.write(ms, arguments.output, source=arguments.input).notices:
+    for line in mesh_files.write(ms, arguments.output, source=arguments.input).notices:
         notice(line)
 
 
 def say_rounding(ms: Any, source: str) -> None:
     """Say how far the coordinates of an input were rounded already, where it is far."""
-    for line in precision.check_rounding(*meshset.pull(ms), source, None, force=True):
+    for line in precision.check_rounding(*meshset.get_arrays(ms), source, None, force=True):
         notice(line)
 
 
 def _check_rounding(ms: Any, arguments: argparse.Namespace, target: str | None) -> None:
-    for line in precision.check_rounding(*meshset.pull(ms), arguments.input, target, arguments.force):
+    for line in precision.check_rounding(*meshset.get_arrays(ms), arguments.input, target, arguments.force):
         notice(line)

@@ -6,7 +6,7 @@ import argparse
 
 from meshlab_specsmooth.cli.meshes import read_to_write, write
 from meshlab_specsmooth.cli.options import add_files
-from meshlab_specsmooth.meshlab import descriptors, files, scripts
+from meshlab_specsmooth.meshlab import descriptors, mesh_files, scripts
 from meshlab_specsmooth.meshlab.filters import FILTERS
 
 _OURS = frozenset(descriptors.load(name).name for name in FILTERS)
@@ -26,7 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Check, read, run, write."""
-    files.check_target(arguments.output)
+    mesh_files.check_target(arguments.output)
     script = scripts.read(arguments.script)
     scripts.check(script)
     # MeshLab's filters may take the mesh elsewhere; ours leave it where it is

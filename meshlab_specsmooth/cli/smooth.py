@@ -5,14 +5,11 @@ from __future__ import annotations
 import argparse
 import textwrap
 
-from meshlab_specsmooth.cli.meshes import read_to_write, write
-from meshlab_specsmooth.cli.options import add_files, add_options, given_parameters
-from meshlab_specsmooth.cli.progress import FILTERING, bar, notice
-from meshlab_specsmooth.describe import count_of, format_length
-from meshlab_specsmooth.geometry.surface import Surface
-from meshlab_specsmooth.meshlab import descriptors, files, filters, meshset
-from meshlab_specsmooth.meshlab.parameters import check_given
-from meshlab_specsmooth.runtime.progress import announce, part
+from meshlab_specsmooth.cli.filtering import apply_and_write, print_report, read_input
+from meshlab_specsmooth.cli.options import add_files, add_options
+from meshlab_specsmooth.cli.progress import bar
+from meshlab_specsmooth.describe import count_of
+from meshlab_specsmooth.meshlab import descriptors
 from meshlab_specsmooth.spectral.response import name_of
 
 _DESCRIPTOR = descriptors.load("apply_coord_spectral_smoothing")
@@ -32,28 +29,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Read, smooth, write, and say what was done."""
-    files.check_target(arguments.output)
+    """Read, smooth, write, and print the result."""
     with bar("reading") as progress:
-        ms = read_to_write(arguments)
-        if ms.current_mesh().face_number() == 0:
-            Surface(*meshset.pull(ms))  # says what is wrong, and the remedy
-        given = given_parameters(arguments, _DESCRIPTOR)
-        check_given(_DESCRIPTOR, given, ms)
-        with filters.quiet():
-            report = filters.apply_coord_spectral_smoothing(ms, **given, progress=part(progress, 0.0, FILTERING))
-        announce(progress, "writing")
-        write(ms, arguments)
-    print(
-        f"{arguments.output}: {ms.current_mesh().vertex_number()} vertices, moved by "
-        f"{format_length(report['displacement'], report['mean_edge'])} (RMS), {report['seconds']:.2f} s"
+        ms = read_input(arguments)
+        report = apply_and_write(ms, arguments, _DESCRIPTOR, progress)
+    equivalent = (
+        f"--barycenter-weight {report['barycenter_weight']:.4g} --response {name_of(report['response'])} "
+        f"--wavelength {report['wavelength']:.4g} ({count_of(round(report['modes']), 'mode')} kept), residual "
+        f"{report['residual']:.0e}"
     )
-    print(f"  {report.summary}")
-    if report["displacement"] > 0:
-        print(
-            f"  --barycenter-weight {report['barycenter_weight']:.4g} --response {name_of(report['response'])} "
-            f"--wavelength {report['wavelength']:.4g} ({count_of(round(report['modes']), 'mode')} kept), residual "
-            f"{report['residual']:.0e}"
-        )
-    if report["warning"] is not None:
-        notice(report["warning"])
+    print_report(ms, arguments, report, report["mean_edge"], *([equivalent] if report["displacement"] > 0 else []))

@@ -15,11 +15,12 @@ from meshlab_specsmooth.cli.options import add_input, add_options, given_paramet
 from meshlab_specsmooth.cli.progress import bar
 from meshlab_specsmooth.describe import count_of, format_edges
 from meshlab_specsmooth.errors import FileError, InvalidParameter, MissingExtra
-from meshlab_specsmooth.meshlab import descriptors, files, filters, meshset
+from meshlab_specsmooth.meshlab import descriptors, filters, mesh_files, meshset
 from meshlab_specsmooth.meshlab.parameters import PyMeshLabException, resolve
 from meshlab_specsmooth.power_spectrum import Spectrum, spectrum
 from meshlab_specsmooth.report.spectrum_plot import spectrum_plot
-from meshlab_specsmooth.runtime.progress import part
+from meshlab_specsmooth.runtime import atomic
+from meshlab_specsmooth.runtime.progress import subrange
 from meshlab_specsmooth.spectral.response import name_of, response
 
 _SPECTRUM = descriptors.load("get_spectrum")
@@ -55,8 +56,8 @@ def run(arguments: argparse.Namespace) -> None:
     except OSError as error:
         raise FileError(f"{out}: cannot be made: {error.strerror}") from error
     for name in ("spectrum.json", "spectrum.csv", "spectrum.png"):
-        files.check_place(out / name)
-    ms = files.read(arguments.input)
+        atomic.check_place(out / name)
+    ms = mesh_files.read(arguments.input)
     say_rounding(ms, arguments.input)
     given = given_parameters(arguments, _SMOOTHING, only=_SHOWN) | {"laplacian": arguments.laplacian}
     try:
@@ -64,13 +65,13 @@ def run(arguments: argparse.Namespace) -> None:
     except PyMeshLabException as error:
         raise InvalidParameter(str(error)) from error
     with bar("measuring the spectrum") as progress:
-        measured = spectrum(*meshset.pull(ms), **given_parameters(arguments, _SPECTRUM))
+        measured = spectrum(*meshset.get_arrays(ms), **given_parameters(arguments, _SPECTRUM))
         chosen = filters.apply_coord_spectral_smoothing(
-            ms, **given, progress=part(progress, _MEASURING, 1 - _MEASURING)
+            ms, **given, progress=subrange(progress, _MEASURING, 1 - _MEASURING)
         )
     edge = measured.noise.mean_edge
-    files.write_text(out / "spectrum.json", as_json(measured, chosen))
-    files.write_text(out / "spectrum.csv", as_csv(measured))
+    atomic.write_text(out / "spectrum.json", as_json(measured, chosen))
+    atomic.write_text(out / "spectrum.csv", as_csv(measured))
     print(
         f"{arguments.input}: {ms.current_mesh().vertex_number()} vertices, mean edge {edge:.4g}; "
         f"{measured.noise.summary}\n"

@@ -8,10 +8,15 @@ from typing import Any
 
 from meshlab_specsmooth.cli.options import add_force, add_input, add_options
 from meshlab_specsmooth.cli.progress import notice
-from meshlab_specsmooth.meshlab import descriptors, files, filters, meshset, precision, scripts
+from meshlab_specsmooth.meshlab import descriptors, mesh_files, meshset, precision, scripts
+from meshlab_specsmooth.meshlab.filter_inputs import features_of
 from meshlab_specsmooth.meshlab.parameters import resolve
+from meshlab_specsmooth.operators.assemble import assemble
 from meshlab_specsmooth.report.window import WEIGHTS, Setting, tune
-from meshlab_specsmooth.smoothing.api import DEFAULT_WAVELENGTH_IN_EDGES, SmoothingResult, prepare
+from meshlab_specsmooth.runtime import atomic
+from meshlab_specsmooth.smoothing.api import smooth
+from meshlab_specsmooth.smoothing.filter import DEFAULT_WAVELENGTH_IN_EDGES
+from meshlab_specsmooth.smoothing.result import SmoothingResult
 from meshlab_specsmooth.spectral.response import name_of
 
 _DESCRIPTOR = descriptors.load("apply_coord_spectral_smoothing")
@@ -45,26 +50,28 @@ def run(arguments: argparse.Namespace) -> None:
     script = Path(arguments.script or source.with_name(f"{source.stem}-smooth.mlx"))
     for path in (out, script, arguments.screenshot):
         if path is not None:
-            files.check_place(path)
-    ms = files.read(source)
-    files.check_textures(ms, out, source)
-    for line in precision.check_rounding(*meshset.pull(ms), source, out, arguments.force):
+            atomic.check_place(path)
+    ms = mesh_files.read(source)
+    mesh_files.check_textures(ms, out, source)
+    for line in precision.check_rounding(*meshset.get_arrays(ms), source, out, arguments.force):
         notice(line)
-    features = filters.features_of(ms, arguments.features)
-    prepared = prepare(*meshset.pull(ms))
+    features = features_of(ms, arguments.features)
+    ops = assemble(*meshset.get_arrays(ms))
     least, most = WEIGHTS
-    chosen = prepared.smooth()
-    weight, response = min(max(chosen.barycenter_weight, least), most), name_of(chosen.response)
+    chosen = smooth(ops)
+    weight, response = min(max(float(chosen.barycenter_weight), least), most), name_of(chosen.response)
     first = Setting(DEFAULT_WAVELENGTH_IN_EDGES, weight, response, 1.0 if features is not None else 0.0)
 
     def save_mesh(setting: Setting, result: SmoothingResult) -> str:
-        changed = files.read(source)
-        meshset.push(changed, result.vertices)
-        return "; ".join([f"saved {out}", *files.write(changed, out, source=source).notices])
+        changed = mesh_files.read(source)
+        meshset.set_vertices(changed, result.vertices)
+        return "; ".join([f"saved {out}", *mesh_files.write(changed, out, source=source).notices])
 
     def save_script(setting: Setting, result: SmoothingResult) -> str:
-        step = scripts.step_of(_DESCRIPTOR, resolve(_DESCRIPTOR, parameters(setting, result, arguments.features), ms))
-        files.write_text(script, scripts.text_of([step]))
+        step = scripts.format_step(
+            _DESCRIPTOR, resolve(_DESCRIPTOR, parameters(setting, result, arguments.features), ms)
+        )
+        atomic.write_text(script, scripts.format_script([step]))
         return f"saved {script}"
 
     def print_call(setting: Setting, result: SmoothingResult) -> str:
@@ -73,7 +80,7 @@ def run(arguments: argparse.Namespace) -> None:
         return text
 
     actions = {"save the mesh": save_mesh, "save the script": save_script, "print the call": print_call}
-    tune(prepared, first, actions, features=features, screenshot=arguments.screenshot)
+    tune(ops, first, actions, features=features, screenshot=arguments.screenshot)
     if arguments.screenshot is not None:
         print(f"picture: {arguments.screenshot}")
 

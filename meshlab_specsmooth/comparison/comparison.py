@@ -12,7 +12,7 @@ import numpy as np
 from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.comparison.competitors import Competitor
 from meshlab_specsmooth.geometry.surface import Surface
-from meshlab_specsmooth.noise.estimate import CORRELATED, IMPULSE, NONE, UNCLEAR, Noise
+from meshlab_specsmooth.noise.model import CORRELATED, IMPULSE, NONE, UNCLEAR, Noise
 
 # Kinds of noise that the estimate is not made for, in words
 _BEYOND = {

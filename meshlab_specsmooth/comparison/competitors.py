@@ -9,7 +9,7 @@ from typing import Any
 
 from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.meshlab.descriptors import Length
-from meshlab_specsmooth.parameters import MOST_TIMES, check_count, show
+from meshlab_specsmooth.parameters import MAX_TIMES, check_count, show
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ class Competitor:
             _check_kind("a name in parameters", each, str, "a string")
         if self.strength is not None:
             _check_kind("strength", self.strength, Strength, "a Strength, or None")
-        object.__setattr__(self, "times", check_count("times", self.times, 1, MOST_TIMES))
+        object.__setattr__(self, "times", check_count("times", self.times, 1, MAX_TIMES))
 
     @property
     def call(self) -> str:
@@ -125,7 +125,7 @@ def _check_kind(name: str, value: object, kind: type, what: str) -> None:
 
 
 def _typed(value: Any) -> str:
-    return f"pymeshlab.PercentageValue({100 * value.share:g})" if isinstance(value, Length) else repr(value)
+    return f"pymeshlab.PercentageValue({100 * value.fraction:g})" if isinstance(value, Length) else repr(value)
 
 
 _SELECTION = "MeshLab's filter ignores its parameter selected, and works on selected faces alone if there are any."

@@ -35,11 +35,11 @@ from meshlab_specsmooth.graph.laplacian import Laplacian
 from meshlab_specsmooth.isolation.child import Child, Ran
 from meshlab_specsmooth.meshlab.descriptors import Length, load
 from meshlab_specsmooth.meshlab.measures import hausdorff, self_intersecting_faces
-from meshlab_specsmooth.noise.estimate import UNCLEAR, Noise
-from meshlab_specsmooth.parameters import NOISE_IN_EXTENTS, check_number
-from meshlab_specsmooth.risk.estimation import PreparedError, prepare_error
+from meshlab_specsmooth.noise.model import UNCLEAR, Noise
+from meshlab_specsmooth.operators.assemble import assemble_surface
+from meshlab_specsmooth.parameters import NOISE_BOUNDS_IN_EXTENTS, check_number
+from meshlab_specsmooth.risk.estimate_error import SurfaceProbe, prepare_probe
 from meshlab_specsmooth.runtime.progress import Progress
-from meshlab_specsmooth.smoothing.api import assemble
 from meshlab_specsmooth.spectral.density import band_energies
 from meshlab_specsmooth.version import VERSION
 
@@ -89,7 +89,7 @@ def experiment(
     if added is not None:
         if truth is not None:
             raise InvalidParameter("noise and ground_truth are both given; noise is added to a clean mesh")
-        added = check_number("noise", added, *NOISE_IN_EXTENTS)
+        added = check_number("noise", added, *NOISE_BOUNDS_IN_EXTENTS)
         truth, given = given, Surface(noise.gaussian(given, added, seed), given.faces)
     for surface in filter(None, (given, truth)):
         for size in (np.abs(surface.vertices).max(), np.ptp(surface.vertices, axis=0).max()):
@@ -159,8 +159,8 @@ class _Bench:
     corresponds : bool
         Whether the truth has the same faces.
     ruler : Ruler
-    risk : PreparedError
-    judged : PreparedError
+    risk : SurfaceProbe
+    judged : SurfaceProbe
         The same of the vertices whose error counts.
     perturbed : list of (n, 3) float64
     L : Laplacian
@@ -179,8 +179,8 @@ class _Bench:
     truth: Surface | None
     corresponds: bool
     ruler: Ruler
-    risk: PreparedError
-    judged: PreparedError
+    risk: SurfaceProbe
+    judged: SurfaceProbe
     perturbed: list[Floats]
     L: Laplacian
     angles: Floats
@@ -198,7 +198,8 @@ class _Bench:
             and truth.vertices.shape == given.vertices.shape
             and np.array_equal(truth.faces, given.faces)
         )
-        risk = prepare_error(given.vertices, given.faces, noise=level, probes=probes)
+        ops = assemble_surface(given)
+        risk = prepare_probe(ops, noise=level, probes=probes)
         ruler = Ruler.of(truth if truth is not None and corresponds else given, given)
         return _Bench(
             given,
@@ -207,8 +208,8 @@ class _Bench:
             ruler,
             risk,
             risk,
-            risk.perturbed() if risk.draws.any() and not once else [],
-            assemble(given.vertices, given.faces, "uniform").L,
+            risk.perturb() if risk.probe.draws.any() and not once else [],
+            ops.L,
             np.linspace(0, np.pi, _BANDS + 1),
             ruler.noise_left(given),
             once=once,
@@ -239,7 +240,7 @@ class _Bench:
     def estimated(self, result: Floats, perturbed: Sequence[Floats | None]) -> _Estimated:
         """The error of a result, from what the same filter made of perturbed surfaces."""
         found, area = self.judged.estimate(result, perturbed), self.ruler.edge**2
-        moved = float((self.judged.along_normals(self.given.vertices, result) ** 2).mean())
+        moved = float((self.judged.project(self.given.vertices, result) ** 2).mean())
         # the risk is what has moved and something in proportion to the squared level
         level, interval = found.noise.level, found.noise.high - found.noise.low
         by_level = 2 * (found.risk - moved) * interval / (4 * level) if level > 0 else 0.0
@@ -262,7 +263,7 @@ class _Bench:
         if is_closed(ruler.surface) and signed_volume(ruler.surface) != 0:
             values["volume"] = metrics.volume_change(result, ruler.surface)
         if self.corresponds and self.truth is not None:
-            along = self.judged.along_normals(self.truth.vertices, result.vertices)
+            along = self.judged.project(self.truth.vertices, result.vertices)
             values["true_error"] = float(np.sqrt((along**2).mean())) / ruler.edge
             values["normal_error"] = metrics.normal_error(result, self.truth)
         return values
@@ -300,7 +301,7 @@ class _Bench:
 
     def power(self, vertices: Floats) -> Floats:
         """(b,) energy of the differential coordinates in each band, in squared mean edges."""
-        X = vertices[self.risk.moving] / self.ruler.edge
+        X = vertices[self.risk.ops.active] / self.ruler.edge
         return np.maximum(band_energies(self.L, self.L @ (X - X.mean(axis=0)), self.angles), 0.0)
 
     def response(self, result: Floats, perturbed: Sequence[Floats | None]) -> Floats | None:
@@ -312,8 +313,8 @@ class _Bench:
         pairs = [(X, Y) for X, Y in zip(self.perturbed, perturbed, strict=False) if Y is not None]
         if not pairs:
             return None
-        put = self.risk.along_normals(self.given.vertices, pairs[0][0])[:, None]
-        out = self.risk.along_normals(result, pairs[0][1])[:, None]
+        put = self.risk.project(self.given.vertices, pairs[0][0])[:, None]
+        out = self.risk.project(result, pairs[0][1])[:, None]
         scale = float(np.abs(put).max())
         put, out = put / scale, out / scale
         plus, minus, whole = (band_energies(self.L, X, self.angles) for X in (put + out, put - out, put))
@@ -396,7 +397,7 @@ def _held(competitor: Competitor, ran: Ran) -> Competitor:
 def _on_part(competitor: Competitor, bench: _Bench) -> Competitor:
     """The filter with shares of the whole mesh's diagonal, on a part of it."""
     stretched = {
-        k: Length(v.share * bench.stretch) if isinstance(v, Length) else v for k, v in competitor.parameters.items()
+        k: Length(v.fraction * bench.stretch) if isinstance(v, Length) else v for k, v in competitor.parameters.items()
     }
     return replace(competitor, parameters=stretched)
 
@@ -518,12 +519,10 @@ def _at_the_cut(surface: Surface, patch: npt.NDArray[np.int64]) -> Booleans:
     return np.asarray(near[patch])
 
 
-def _inside(risk: PreparedError, counts: Booleans) -> PreparedError:
+def _inside(risk: SurfaceProbe, counts: Booleans) -> SurfaceProbe:
     """The estimate for some vertices, or for all where none is left."""
-    kept = counts[risk.moving]
-    if not kept.any():
-        return risk
-    return replace(risk, moving=risk.moving[kept], normals=risk.normals[kept], draws=risk.draws[kept])
+    kept = counts[risk.ops.active]
+    return replace(risk, probe=replace(risk.probe, counted=kept)) if kept.any() else risk
 
 
 def _patch(surface: Surface, size: int) -> npt.NDArray[np.int64]:

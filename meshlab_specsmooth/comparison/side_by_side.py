@@ -60,7 +60,7 @@ def side_by_side(truth: Surface, noisy: Floats, competitors: Iterable[Competitor
         start = time.perf_counter()
         filters.apply(ms, competitor.filter, **competitor.parameters)
         seconds = time.perf_counter() - start
-        vertices, _ = meshset.pull(ms)
+        vertices, _ = meshset.get_arrays(ms)
         yield measure(competitor.name, competitor.call, Surface(vertices, truth.faces), truth, seconds)
 
 

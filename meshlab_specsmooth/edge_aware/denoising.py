@@ -1,4 +1,4 @@
-"""From a surface to the result: units, noise, the choice, the filter, and what is held afterward."""
+"""From a surface to the result: units, noise, the choice, the filter, and the shape held against the noise."""
 
 from __future__ import annotations
 
@@ -8,125 +8,152 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
+from meshlab_specsmooth.adapters import Mesh, recognize
 from meshlab_specsmooth.arrays import Booleans, Floats, Integers
-from meshlab_specsmooth.edge_aware.creasing import creases_by_angle
-from meshlab_specsmooth.edge_aware.filtering import filtered
-from meshlab_specsmooth.edge_aware.guards import with_volume, without_flips
-from meshlab_specsmooth.edge_aware.mesh import (
-    Mesh,
+from meshlab_specsmooth.edge_aware.creases import find_creases_by_angle
+from meshlab_specsmooth.edge_aware.filter import apply_setting
+from meshlab_specsmooth.edge_aware.operators import (
+    FaceOperators,
+    assemble_faces,
     at_positions,
-    built,
-    mean_side,
+    compute_mean_side,
+    compute_volume,
+    cut_along_creases,
+    cut_sample,
+    draw_sample,
     smooth_automatically,
     smooth_isotropically,
-    volume_of,
-    with_creases,
 )
-from meshlab_specsmooth.edge_aware.pieces import cut_sample, sample_of
-from meshlab_specsmooth.edge_aware.regions import Region
-from meshlab_specsmooth.edge_aware.result import CLIPPED, Considered, EdgeAwareResult, Setting
+from meshlab_specsmooth.edge_aware.postprocess import repair_flips, restore_volume
+from meshlab_specsmooth.edge_aware.region import FaceRegion, resolve_region
+from meshlab_specsmooth.edge_aware.result import Considered, EdgeAwareResult
 from meshlab_specsmooth.edge_aware.search import (
-    Fixed,
-    Row,
-    clip_impulses_first,
-    estimate_on,
+    Candidate,
+    evaluate_clipped,
     guide_weight,
-    ranked,
-    searched,
+    prepare_search,
+    rank,
+    search_settings,
 )
+from meshlab_specsmooth.edge_aware.settings import CLIPPED, GIVEN, SMOOTHED, EdgeAware, EdgeAwareRegion
 from meshlab_specsmooth.geometry.surface import Surface
-from meshlab_specsmooth.geometry.triangles import describe_lost, find_lost_vertices
 from meshlab_specsmooth.geometry.welding import find_copies
-from meshlab_specsmooth.noise.estimate import IMPULSE, MOST_WEIGHT, UNCLEAR, Noise, measure, nothing
+from meshlab_specsmooth.noise.estimate import MAX_WEIGHT, estimate
+from meshlab_specsmooth.noise.model import IMPULSE, UNCLEAR, Noise
 from meshlab_specsmooth.noise.outliers import describe_outliers, replace_outliers
-from meshlab_specsmooth.noise.parts import (
-    Part,
-    describe_left_alone,
-    describe_levels,
-    label_components,
-    split,
+from meshlab_specsmooth.noise.parts import Part, describe_left_alone, describe_levels, group_components
+from meshlab_specsmooth.noise.shape_change import ShapeChange, compare_shapes
+from meshlab_specsmooth.noise.thin_triangles import describe_lost, find_lost_vertices
+from meshlab_specsmooth.operators.assemble import (
+    Operators,
+    describe_unused,
+    drop_point_faces,
+    find_referenced_vertices,
 )
-from meshlab_specsmooth.noise.shape_change import Change, compare_shapes
-from meshlab_specsmooth.risk.choose_weight import drifting
+from meshlab_specsmooth.operators.components import label_components
+from meshlab_specsmooth.parameters import check_flag
+from meshlab_specsmooth.risk.choose_weight import LEVEL_FACTORS
 from meshlab_specsmooth.runtime import blocks
+from meshlab_specsmooth.runtime.bars import begin
 from meshlab_specsmooth.runtime.memory import require
-from meshlab_specsmooth.runtime.progress import Progress, announce, part
-from meshlab_specsmooth.smoothing.api import describe_unused, find_corners, with_sides
+from meshlab_specsmooth.runtime.progress import Progress, announce, finish, subrange
+from meshlab_specsmooth.smoothing.result import join_warnings
+from meshlab_specsmooth.smoothing.tangential import tangential_fraction
 
-# Where a call stands when the operators are made, and when the setting is chosen
-_BUILT, _CHOSEN = 0.1, 0.6
-# By so much the noise is taken for higher where normals matter more than positions: what error of position estimates
-# do not see is the short waves, which the normals are made of.
-_LEVEL_FACTORS = {"position": 1.0, "normals": 1.4}
-# What a call takes at its peak, with room to spare: 600 were measured at two million faces with the compiled kernels
+# Fractions of a call at which the operators are assembled, and the setting is chosen.
+_ASSEMBLED, _CHOSEN = 0.1, 0.6
+
+# Peak memory of a call, with room to spare: 600 bytes a face were measured at two million faces with the compiled
+# kernels.
 _BYTES_PER_FACE = 900
 
-CRITERIA = tuple(_LEVEL_FACTORS)
 
-
-@blocks.one_blas_thread()
-def denoised(
-    surface: Surface,
-    criterion: str,
-    fixed: Fixed,
-    region: Region,
+def denoise_mesh(
+    mesh: Mesh,
+    faces: npt.ArrayLike | None,
+    setting: EdgeAware,
+    region: EdgeAwareRegion,
     with_isotropic: bool,
     weld: bool,
     progress: Progress | None,
 ) -> EdgeAwareResult:
-    """The whole of :func:`smooth_edge_aware` and :func:`denoise`: part by part, where noise or scale are not alike."""
-    begin = time.perf_counter()
+    """Smooth a mesh of any kind by a setting, choosing what it leaves open.
+
+    ``with_isotropic``: whether the isotropic filter is considered.
+    """
+    progress = begin(progress, "assembling")
+    if isinstance(mesh, Operators):
+        surface, source, weld = mesh.surface, mesh.source, mesh.welded > 0
+    else:
+        given = recognize(mesh, faces)
+        surface, source = given.surface(), given.kept()
+    resolved = resolve_region(surface, region)
+    result = denoise_surface(surface, setting, resolved, with_isotropic, check_flag("weld", weld), progress)
+    finish(progress)
+    return replace(result, source=source)
+
+
+@blocks.one_blas_thread()
+def denoise_surface(
+    surface: Surface,
+    setting: EdgeAware,
+    region: FaceRegion,
+    with_isotropic: bool,
+    weld: bool,
+    progress: Progress | None,
+) -> EdgeAwareResult:
+    """Smooth a surface, part by part where noise or scale differ."""
+    began = time.perf_counter()
     V, F = surface.vertices, surface.faces
     announce(progress, "assembling")
     require(_BYTES_PER_FACE * len(F), f"smoothing {len(F)} faces")
-    moving, place, G, welded = _used(V, F, weld)
-    region = region.on(place, len(moving))
-    h = mean_side(V[moving], G) if len(moving) else 0.0
+    active, index, G, welded = _find_active(V, F, weld)
+    region = region.renumbered(index, len(active))
+    h = compute_mean_side(V[active], G) if len(active) else 0.0
     if h == 0:
-        nowhere = _untouched(V.copy(), nothing(0.0), 0.0, np.nan)
-        return replace(nowhere, warning=region.warning, given=surface, seconds=time.perf_counter() - begin)
+        nowhere = _leave_unchanged(V.copy(), Noise.zero(0.0), 0.0, np.nan)
+        return replace(nowhere, warning=region.warning, given=surface, seconds=time.perf_counter() - began)
     # not the mean, whose last digits depend on the order of the vertices
-    center = V[moving].min(axis=0) / 2 + V[moving].max(axis=0) / 2
-    X = (V[moving] - center) / h
-    mesh = built(X, G, region.judged(len(X)), region.boundary)
-    parts = _parts(mesh) if fixed == Fixed() else []
+    center = V[active].min(axis=0) / 2 + V[active].max(axis=0) / 2
+    X = (V[active] - center) / h
+    mesh = assemble_faces(X, G, region.counted(len(X)), region.boundary)
+    parts = _group(mesh) if setting.is_automatic else []
     if len(parts) > 1:
-        result = _denoise_parts(mesh, parts, criterion, region, with_isotropic, progress)
+        result = _denoise_parts(mesh, parts, setting, region, with_isotropic, progress)
     else:
-        result = _denoise_mesh(mesh, criterion, fixed, region, with_isotropic, progress)
-    has_place = place >= 0
+        result = _denoise(mesh, setting, region, with_isotropic, progress)
+    is_active = index >= 0
     step = np.zeros_like(V)
-    step[has_place] = (result.vertices - X)[place[has_place]]
+    step[is_active] = (result.vertices - X)[index[is_active]]
     displacement = float(np.sqrt((step**2).sum() / len(V))) * h
     step *= h
     return replace(
-        _scaled(result, h),
+        _scale(result, h),
         vertices=np.where(step != 0, V + step, V),
         displacement=displacement,
         welded=welded,
         given=surface,
-        outliers=moving[result.outliers].astype(np.int64),
-        warning="; ".join(
-            filter(None, (*mesh.isotropic.doubts, *describe_unused(surface), result.warning, region.warning))
-        )
-        or None,
-        seconds=time.perf_counter() - begin,
+        outliers=active[result.outliers].astype(np.int64),
+        warning=join_warnings(*mesh.ops.notes, *describe_unused(surface), result.warning, region.warning),
+        seconds=time.perf_counter() - began,
     )
 
 
-def _parts(mesh: Mesh) -> list[Part]:
-    prepared = mesh.isotropic
-    count, labels = label_components(prepared.L)
-    if count == 1:
-        return []
-    return split(prepared.positions, prepared.faces, prepared.L, count, labels)
+def _group(mesh: FaceOperators) -> list[Part]:
+    count, labels = label_components(mesh.ops.L)
+    return [] if count == 1 else group_components(mesh.ops, count, labels)
 
 
 def _denoise_parts(
-    mesh: Mesh, parts: list[Part], criterion: str, region: Region, with_isotropic: bool, progress: Progress | None
+    mesh: FaceOperators,
+    parts: list[Part],
+    setting: EdgeAware,
+    region: FaceRegion,
+    with_isotropic: bool,
+    progress: Progress | None,
 ) -> EdgeAwareResult:
-    """Each part by its own noise and edges; the evidence is that of the largest one that can be told anything of."""
-    prepared = mesh.isotropic
+    """Smooth each part by its own noise and edges; the evidence is that of the largest measurable one."""
+    ops = mesh.ops
     Y, done = mesh.V.copy(), 0
     notes: list[str | None] = []
     results: list[tuple[EdgeAwareResult, int]] = []
@@ -135,19 +162,19 @@ def _denoise_parts(
         if each.is_left_alone:
             notes.append(describe_left_alone(each))
             continue
-        at = prepared.moving[each.vertices]
-        number = np.full(len(mesh.V), -1, dtype=np.int32)
-        number[at] = np.arange(len(at), dtype=np.int32)
-        faces = number[prepared.moving[prepared.faces[each.faces]]]
-        h, center = mean_side(mesh.V[at], faces), mesh.V[at].min(axis=0) / 2 + mesh.V[at].max(axis=0) / 2
-        own = region.on(number, len(at))
-        alone = built((mesh.V[at] - center) / h, faces, own.judged(len(at)), region.boundary)
-        share = part(progress, done / len(Y), len(at) / len(Y))
-        result = _denoise_mesh(alone, criterion, Fixed(), own, with_isotropic, share)
+        at = ops.active[each.vertices]
+        index = np.full(len(mesh.V), -1, dtype=np.int32)
+        index[at] = np.arange(len(at), dtype=np.int32)
+        faces = index[ops.active[ops.faces[each.faces]]]
+        h, center = compute_mean_side(mesh.V[at], faces), mesh.V[at].min(axis=0) / 2 + mesh.V[at].max(axis=0) / 2
+        own = region.renumbered(index, len(at))
+        alone = assemble_faces((mesh.V[at] - center) / h, faces, own.counted(len(at)), region.boundary)
+        share = subrange(progress, done / len(Y), len(at) / len(Y))
+        result = _denoise(alone, setting, own, with_isotropic, share)
         done += len(at)
         Y[at] += (result.vertices - alone.V) * h
         outliers.append(at[result.outliers])
-        results.append((_scaled(result, h), len(at)))
+        results.append((_scale(result, h), len(at)))
         if result.warning is not None:
             notes.append(f"in the part of {len(at)} of {len(Y)} vertices: {result.warning}")
     first, _ = max(results, key=lambda pair: (not pair[0].noise.is_left_alone, pair[1]))
@@ -157,137 +184,142 @@ def _denoise_parts(
         vertices=Y,
         error=float(np.sqrt(squares / len(Y))),
         flips=sum(result.flips for result, _ in results),
-        volume_change=_volume_change(mesh, Y),
+        volume_change=_compute_volume_change(mesh, Y),
         outliers=np.sort(np.concatenate(outliers)),
-        warning="; ".join(filter(None, (describe_levels([r.noise for r, _ in results]), *notes))) or None,
+        warning=join_warnings(describe_levels([r.noise for r, _ in results]), *notes),
     )
 
 
-def _denoise_mesh(
-    mesh: Mesh,
-    criterion: str,
-    fixed: Fixed,
-    region: Region,
+def _denoise(
+    mesh: FaceOperators,
+    setting: EdgeAware,
+    region: FaceRegion,
     with_isotropic: bool,
     progress: Progress | None,
     may_have_strays: bool = True,
 ) -> EdgeAwareResult:
-    """Choice, filter and what is held afterward, for a mesh in units of its mean edge; so is the result."""
-    is_automatic = fixed == Fixed()
+    """Choose, filter and correct, for a mesh in units of its mean edge; the result is in these too."""
+    is_automatic, criterion = setting.is_automatic, setting.criterion
     if is_automatic and may_have_strays:
-        repaired, outliers = _without_outliers(mesh, region)
+        repaired, outliers = _replace_outliers(mesh, region)
         if len(outliers):
-            return _denoise_repaired(mesh, repaired, outliers, criterion, region, with_isotropic, progress)
-    field = region.field(mesh.F, len(mesh.V))
+            return _denoise_repaired(mesh, repaired, outliers, setting, region, with_isotropic, progress)
+    fractions = region.fractions(mesh.F, len(mesh.V))
     report = progress or (lambda _: None)
-    report(_BUILT)
+    report(_ASSEMBLED)
     announce(progress, "measuring noise")
-    sample, on, drawn = sample_of(mesh)
-    measured = measure(on)
-    noise = measured.noise
-    stays = field is not None and not field.any()
+    sample, patches, drawn = draw_sample(mesh)
+    found = estimate(patches.ops, patches.counted)
+    noise = found.noise
+    stays = fractions is not None and not fractions.any()
     if stays or (is_automatic and noise.is_left_alone):
-        unchanged = _untouched(mesh.V, noise, max(noise.level, noise.resolution), _volume_change(mesh, mesh.V))
+        unchanged = _leave_unchanged(
+            mesh.V, noise, max(noise.level, noise.resolution), _compute_volume_change(mesh, mesh.V)
+        )
         creases = _find_creases(mesh, region, noise, noise.high)
         count = 0 if creases is None else len(creases)
         return replace(unchanged, creases=count, warning=None if stays else noise.warning)
-    X, level = mesh.V, noise.level * _LEVEL_FACTORS[criterion]
+    X, level = mesh.V, noise.level * LEVEL_FACTORS[criterion]
     whole = mesh
     creases = _find_creases(mesh, region, noise, level)
     if creases is not None:
-        mesh, sample = with_creases(mesh, creases), cut_sample(sample, drawn, creases, len(X))
-    mesh, sample = (replace(each, drifting=drifting(noise)) for each in (mesh, sample))
-    setting = fixed.setting(guide_weight(level))
-    if setting is not None:
-        rows = [Row(setting, np.nan)]
+        mesh, sample = cut_along_creases(mesh, creases), cut_sample(sample, drawn, creases, len(X))
+    mesh, sample = (replace(each, tangential_fraction=tangential_fraction(noise)) for each in (mesh, sample))
+    complete = setting.complete(guide_weight(level))
+    if complete is not None:
+        candidates = [Candidate(complete, np.nan)]
     else:
         announce(progress, "choosing")
-        estimate = estimate_on(sample, on, measured, _LEVEL_FACTORS[criterion])
-        # the isotropic filter knows of no creases
-        rows = searched(estimate, fixed, with_isotropic and mesh.cut is None, part(progress, _BUILT, _CHOSEN - _BUILT))
+        search = prepare_search(sample, patches.ops.L, found, LEVEL_FACTORS[criterion])
+        # the isotropic filter has no creases
+        with_isotropic = with_isotropic and mesh.cut is None
+        share = subrange(progress, _ASSEMBLED, _CHOSEN - _ASSEMBLED)
+        candidates = search_settings(search, setting, with_isotropic, share)
         if noise.kind == IMPULSE and is_automatic and mesh.cut is None:
-            rows = [*rows, clip_impulses_first(estimate, criterion)]
-        rows = ranked(rows, alike=criterion == "position")
+            candidates.append(evaluate_clipped(search, criterion))
+        candidates = rank(candidates, has_tolerance=criterion == "position")
     report(_CHOSEN)
     announce(progress, "smoothing")
-    Y, flips = _apply(mesh, rows[0].setting, criterion, level, part(progress, _CHOSEN, 1 - _CHOSEN))
-    if field is not None:
-        Y = X + field[:, None] * (Y - X)
+    Y, flips = _apply(mesh, candidates[0].setting, criterion, level, subrange(progress, _CHOSEN, 1 - _CHOSEN))
+    if fractions is not None:
+        Y = X + fractions[:, None] * (Y - X)
     notes = []
     lost = _find_lost(whole, Y, noise.level) if is_automatic else None
     if lost is not None:
         Y[lost] = X[lost]
         notes.append(describe_lost(lost))
-    change = compare_shapes(X, Y, mesh.F, *_components(whole), noise)
+    change = compare_shapes(X, Y, mesh.F, *_label_components(whole), noise)
     if is_automatic and change.excessive.any():
-        Y, weight, note = _within_reason(whole, Y, criterion, noise, change, field)
+        Y, weight, note = _weaken(whole, Y, criterion, noise, change, fractions)
         notes.append(note)
-        rows = [Row(Setting("smoothed", 0.0, 0.0, 0, weight), np.nan), *rows]
+        isotropic = EdgeAware(iterations=0, start=SMOOTHED, barycenter_weight=weight)
+        candidates = [Candidate(isotropic, np.nan), *candidates]
     elif not is_automatic and change.is_large:
         notes.append(f"this setting changes the shape: {change.describe()}")
     report(1.0)
-    setting = rows[0].setting
+    used = candidates[0].setting
     return EdgeAwareResult(
         vertices=Y,
         noise=noise,
         level=level,
-        start=setting.start,
-        strength=setting.strength,
-        range_sigma=setting.range_sigma,
-        iterations=setting.iterations,
-        barycenter_weight=setting.barycenter_weight,
-        error=_root(rows[0].error),
-        considered=tuple(Considered(row.setting, _root(row.error)) for row in rows),
+        start=used.start,
+        strength=used.strength or 0.0,
+        range_sigma=used.range_sigma or 0.0,
+        iterations=used.iterations or 0,
+        barycenter_weight=used.barycenter_weight or 0.0,
+        error=_root(candidates[0].risk),
+        considered=tuple(
+            Considered(replace(each.setting, criterion=criterion), _root(each.risk)) for each in candidates
+        ),
         flips=flips,
-        volume_change=_volume_change(mesh, Y),
+        volume_change=_compute_volume_change(mesh, Y),
         displacement=0.0,
         kernels=mesh.kernels.name,
-        warning=_joined(*notes, noise.warning),
+        warning=join_warnings(*notes, noise.warning),
         seconds=0.0,
         creases=0 if mesh.cut is None else len(mesh.cut.edges),
     )
 
 
 def _denoise_repaired(
-    mesh: Mesh,
-    repaired: Mesh,
+    mesh: FaceOperators,
+    repaired: FaceOperators,
     outliers: npt.NDArray[np.int64],
-    criterion: str,
-    region: Region,
+    setting: EdgeAware,
+    region: FaceRegion,
     with_isotropic: bool,
     progress: Progress | None,
 ) -> EdgeAwareResult:
     """The same for a mesh whose strays were put back, in units of the edges that it has then."""
     center = repaired.V.min(axis=0) / 2 + repaired.V.max(axis=0) / 2
-    h = mean_side(repaired.V - center, repaired.F)
+    h = compute_mean_side(repaired.V - center, repaired.F)
     if h == 0:  # without the strays nothing is left
-        return _untouched(mesh.V, nothing(0.0), 0.0, np.nan)
-    rescaled = built((repaired.V - center) / h, repaired.F, repaired.counts, repaired.boundary)
-    result = _denoise_mesh(rescaled, criterion, Fixed(), region, with_isotropic, progress, may_have_strays=False)
-    if result.noise.kind == UNCLEAR:  # then strays cannot be told from shape either
-        return replace(_scaled(result, h), vertices=mesh.V)
+        return _leave_unchanged(mesh.V, Noise.zero(0.0), 0.0, np.nan)
+    rescaled = assemble_faces((repaired.V - center) / h, repaired.F, repaired.counted, repaired.boundary)
+    result = _denoise(rescaled, setting, region, with_isotropic, progress, may_have_strays=False)
+    if result.noise.kind == UNCLEAR:  # then strays cannot be distinguished from shape either
+        return replace(_scale(result, h), vertices=mesh.V)
     if result.noise.kind == IMPULSE:  # those were the highest of many
-        return _denoise_mesh(mesh, criterion, Fixed(), region, with_isotropic, progress, may_have_strays=False)
+        return _denoise(mesh, setting, region, with_isotropic, progress, may_have_strays=False)
     vertices = repaired.V + (result.vertices - rescaled.V) * h
     return replace(
-        _scaled(result, h),
+        _scale(result, h),
         vertices=vertices,
-        volume_change=_volume_change(mesh, vertices),
+        volume_change=_compute_volume_change(mesh, vertices),
         outliers=outliers,
-        warning=_joined(describe_outliers(outliers), result.warning),
+        warning=join_warnings(describe_outliers(outliers), result.warning),
     )
 
 
-def _find_creases(mesh: Mesh, region: Region, noise: Noise, level: float) -> Integers | None:
-    """Edges that nothing crosses, as given or by their angle; None where neither is asked for."""
-    return region.creases if region.angle is None else creases_by_angle(mesh, region.angle, noise, level)
+def _find_creases(mesh: FaceOperators, region: FaceRegion, noise: Noise, level: float) -> Integers | None:
+    """Edges that nothing crosses, as given or by their angle; None where neither is given."""
+    return region.creases if region.angle is None else find_creases_by_angle(mesh, region.angle, noise, level)
 
 
-def _find_lost(mesh: Mesh, Y: Floats, level: float) -> Booleans | None:
-    """Vertices that would be lost between long thin triangles, if any."""
-    prepared = mesh.isotropic
-    at = prepared.moving
-    found = find_lost_vertices((Y - mesh.V)[at], mesh.V[at], prepared.faces, prepared.L, level)
+def _find_lost(mesh: FaceOperators, Y: Floats, level: float) -> Booleans | None:
+    """Vertices that would be lost between long thin triangles; None if there are none."""
+    at = mesh.ops.active
+    found = find_lost_vertices((Y - mesh.V)[at], replace(mesh.ops, positions=mesh.V[at]), level)
     if found is None:
         return None
     lost = np.zeros(len(mesh.V), dtype=np.bool_)
@@ -295,55 +327,55 @@ def _find_lost(mesh: Mesh, Y: Floats, level: float) -> Booleans | None:
     return lost
 
 
-def _apply(mesh: Mesh, setting: Setting, criterion: str, level: float, progress: Progress | None) -> tuple[Floats, int]:
-    """What a setting makes of the mesh, its volume held, and how many faces are turned over."""
+def _apply(
+    mesh: FaceOperators, setting: EdgeAware, criterion: str, level: float, progress: Progress | None
+) -> tuple[Floats, int]:
+    """What a setting makes of the mesh, its volume held, and how many faces are flipped."""
     X = mesh.V
     if setting.start == CLIPPED:
         smoothed = smooth_automatically(mesh, X, criterion).vertices
     else:
-        smoothed = smooth_isotropically(mesh, X, setting.barycenter_weight)
-    Y = filtered(mesh, X, smoothed, setting, progress)
-    Y, flips = without_flips(mesh, Y, smoothed)
-    volume = 0.0 if mesh.rim.any() else volume_of(mesh, X)
-    return (with_volume(mesh, Y, volume, level) if volume else Y), flips
+        smoothed = smooth_isotropically(mesh, X, setting.barycenter_weight or MAX_WEIGHT)
+    Y = apply_setting(mesh, X, smoothed, setting, progress)
+    Y, flips = repair_flips(mesh, Y, smoothed)
+    volume = 0.0 if mesh.on_boundary.any() else compute_volume(mesh, X)
+    return (restore_volume(mesh, Y, volume, level) if volume else Y), flips
 
 
-def _within_reason(
-    mesh: Mesh, Y: Floats, criterion: str, noise: Noise, change: Change, field: Floats | None
+def _weaken(
+    mesh: FaceOperators, Y: Floats, criterion: str, noise: Noise, change: ShapeChange, fractions: Floats | None
 ) -> tuple[Floats, float, str]:
-    """What is handed out where a result changes the shape by more than the noise explains.
+    """What is returned where a result changes the shape by more than the noise explains.
 
-    The isotropic filter's own choice, which is held to the same; where that changes too much as well, the input.
+    It is the choice of the isotropic filter, held against the noise as well; where that changes too much, the input.
     """
     X = mesh.V
-    closed, labels = _components(mesh)
+    closed, labels = _label_components(mesh)
     automatic = smooth_automatically(mesh, X, criterion)
     weaker = automatic.vertices
-    if field is not None:
-        weaker = X + field[:, None] * (weaker - X)
+    if fractions is not None:
+        weaker = X + fractions[:, None] * (weaker - X)
     still = compare_shapes(X, weaker, mesh.F, closed, labels, noise).excessive
     weaker = np.where((change.excessive & still)[labels][:, None], X, weaker)
-    handed_out = np.where(change.excessive[labels][:, None], weaker, Y)
-    done = "the input is" if np.array_equal(handed_out, X) else "a weaker result is"
-    return handed_out, automatic.barycenter_weight, change.describe_replaced(done)
+    returned = np.where(change.excessive[labels][:, None], weaker, Y)
+    done = "the input is" if np.array_equal(returned, X) else "a weaker result is"
+    return returned, float(automatic.barycenter_weight), change.describe_replaced(done)
 
 
-def _components(mesh: Mesh) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.int32]]:
+def _label_components(mesh: FaceOperators) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.int32]]:
     """Which connected components are closed, and the component of each vertex."""
-    prepared = mesh.isotropic
-    count, of_moving = label_components(prepared.L)
+    count, of_active = label_components(mesh.ops.L)
     labels = np.empty(len(mesh.V), dtype=np.int32)
-    labels[prepared.moving] = of_moving
+    labels[mesh.ops.active] = of_active
     closed = np.ones(count, dtype=np.bool_)
-    closed[labels[mesh.rim]] = False
+    closed[labels[mesh.on_boundary]] = False
     return closed, labels
 
 
-def _without_outliers(mesh: Mesh, region: Region) -> tuple[Mesh, npt.NDArray[np.int64]]:
-    """The mesh with single stray vertices put back where they may move, and which these are."""
-    at = mesh.isotropic.moving
-    rim = None if mesh.isotropic.rim is None else mesh.isotropic.rim.vertices
-    positions, strays = replace_outliers(mesh.V[at], mesh.isotropic.L, rim)
+def _replace_outliers(mesh: FaceOperators, region: FaceRegion) -> tuple[FaceOperators, npt.NDArray[np.int64]]:
+    """The mesh with single stray vertices put back where they may move, and their indices."""
+    at = mesh.ops.active
+    positions, strays = replace_outliers(mesh.V[at], mesh.ops.L, mesh.ops.boundary_vertices)
     may_move = np.ones(len(mesh.V), dtype=np.bool_) if region.inside is None else region.inside.copy()
     strays = strays[may_move[at[strays]]]
     if len(strays) == 0:
@@ -353,59 +385,55 @@ def _without_outliers(mesh: Mesh, region: Region) -> tuple[Mesh, npt.NDArray[np.
     return at_positions(mesh, V), np.sort(at[strays]).astype(np.int64)
 
 
-def _volume_change(mesh: Mesh, Y: Floats) -> float:
-    """In per cent; NaN of an open surface."""
-    volume = 0.0 if mesh.rim.any() else volume_of(mesh, mesh.V)
-    return 100 * (volume_of(mesh, Y) - volume) / abs(volume) if volume else np.nan
+def _compute_volume_change(mesh: FaceOperators, Y: Floats) -> float:
+    """In per cent; NaN for an open surface."""
+    volume = 0.0 if mesh.on_boundary.any() else compute_volume(mesh, mesh.V)
+    return 100 * (compute_volume(mesh, Y) - volume) / abs(volume) if volume else np.nan
 
 
-def _scaled(result: EdgeAwareResult, h: float) -> EdgeAwareResult:
+def _scale(result: EdgeAwareResult, h: float) -> EdgeAwareResult:
     """The evidence with lengths times h."""
     return replace(
         result,
         noise=result.noise.scaled(0, h),
         level=result.level * h,
         error=result.error * h,
-        considered=tuple(Considered(row.setting, row.error * h) for row in result.considered),
+        considered=tuple(Considered(each.setting, each.error * h) for each in result.considered),
     )
 
 
-def _used(V: Floats, F: Integers, weld: bool) -> tuple[Integers, Integers, Integers, int]:
-    """The vertices that have an edge, where each vertex is among them or -1, their faces, and how many are copies."""
-    used = find_corners(F, len(V))
+def _find_active(V: Floats, F: Integers, weld: bool) -> tuple[Integers, Integers, Integers, int]:
+    """The vertices with an edge, the index of each vertex among them or -1, their faces, and how many are copies."""
+    used = find_referenced_vertices(F, len(V))
     copies = find_copies(V, used) if weld else None
     welded = 0
     if copies is not None:
         welded = int((copies[used] != np.flatnonzero(used)).sum())
         F = copies.take(F)
-    has_edge = find_corners(with_sides(F), len(V))
-    place = np.where(has_edge, np.cumsum(has_edge, dtype=np.int32) - np.int32(1), np.int32(-1))
-    G = np.ascontiguousarray(place[F[has_edge[F].all(axis=1)]])
+    has_edge = find_referenced_vertices(drop_point_faces(F), len(V))
+    index = np.where(has_edge, np.cumsum(has_edge, dtype=np.int32) - np.int32(1), np.int32(-1))
+    G = np.ascontiguousarray(index[F[has_edge[F].all(axis=1)]])
     if copies is not None:
-        place[used] = place[copies[used]]
-    return np.flatnonzero(has_edge).astype(np.int32), place, G, welded
-
-
-def _joined(*warnings: str | None) -> str | None:
-    return "; ".join(filter(None, warnings)) or None
+        index[used] = index[copies[used]]
+    return np.flatnonzero(has_edge).astype(np.int32), index, G, welded
 
 
 def _root(squared: float) -> float:
-    """Of an estimate, which may turn out below zero where there is hardly an error."""
+    """The root of an estimate, which may be negative where the error is small."""
     return float(np.sqrt(max(squared, 0.0)))
 
 
-def _untouched(vertices: Floats, noise: Noise, error: float, volume_change: float) -> EdgeAwareResult:
-    """For surfaces without an edge of any length, without noise, or with none that could be told from shape."""
+def _leave_unchanged(vertices: Floats, noise: Noise, error: float, volume_change: float) -> EdgeAwareResult:
+    """For surfaces without an edge of any length, without noise, or with none that can be separated from shape."""
     return EdgeAwareResult(
         vertices=vertices,
         noise=noise,
         level=0.0,
-        start="given",
+        start=GIVEN,
         strength=0.0,
         range_sigma=0.0,
         iterations=0,
-        barycenter_weight=MOST_WEIGHT,
+        barycenter_weight=MAX_WEIGHT,
         error=error,
         considered=(),
         flips=0,

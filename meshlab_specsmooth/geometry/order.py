@@ -1,7 +1,7 @@
-"""Vertices in an order that keeps neighbors near each other in memory.
+"""An order of the vertices that keeps neighbors close to each other in memory.
 
-A sweep reads the rows of a vertex' neighbors. Where these lie anywhere, each is a miss of the cache, and the sweep
-takes four to five times as long.
+Kernels read the rows of a vertex' neighbors. If these are scattered, each read misses the cache, and a product takes
+four to five times as long.
 """
 
 from __future__ import annotations
@@ -11,19 +11,19 @@ import numpy.typing as npt
 
 from meshlab_specsmooth.arrays import Floats, Integers
 
-# Rows of three float64 that fit in a typical second-level cache: neighbors this near are probably still there.
+# Rows of three float64 that fit in a typical second-level cache
 NEAR = 2**14
-_SAMPLE = 50_000  # sides are enough to tell
+_SAMPLE = 50_000  # faces suffice for the estimate
 
 
 def is_scattered(F: Integers, n: int) -> bool:
-    """Whether more than a quarter of the sides join vertices that are far from each other in memory."""
+    """Whether more than a quarter of the edges join vertices that are far apart in memory."""
     sample = F[:: max(1, len(F) // _SAMPLE)].astype(np.int64)
     return n > 2 * NEAR and bool((np.abs(sample - sample[:, [1, 2, 0]]) > NEAR).mean() > 0.25)
 
 
-def along_a_curve(V: Floats) -> npt.NDArray[np.int64]:
-    """Indices of the vertices along Morton's curve, which passes through nearby places one after the other.
+def morton_order(V: Floats) -> npt.NDArray[np.int64]:
+    """Indices that sort the vertices along a Morton curve, which visits nearby places one after the other.
 
     Parameters
     ----------
@@ -35,16 +35,16 @@ def along_a_curve(V: Floats) -> npt.NDArray[np.int64]:
     code = np.zeros(len(V), dtype=np.uint32)
     for axis in range(3):
         code |= _every_third_bit(cell[:, axis]) << np.uint32(axis)
-    # numpy sorts numbers of 16 bits by counting, which takes a tenth of the time: the lower half first, then the upper
+    # numpy sorts 16-bit numbers by counting, in a tenth of the time: by the lower half first, then by the upper
     order = np.argsort(code.astype(np.uint16), kind="stable")
     return order[np.argsort((code[order] >> np.uint32(16)).astype(np.uint16), kind="stable")]
 
 
-_CELLS = 2**10  # to a side
+_CELLS = 2**10  # along each axis
 
 
 def _every_third_bit(x: npt.NDArray[np.uint32]) -> npt.NDArray[np.uint32]:
-    """The 10 bits of x, spread to the places 0, 3, 6, ..."""
+    """Spread the 10 bits of x to the positions 0, 3, 6, ..."""
     for shift, mask in ((16, 0x030000FF), (8, 0x0300F00F), (4, 0x030C30C3), (2, 0x09249249)):
         x = (x | x << np.uint32(shift)) & np.uint32(mask)
     return x

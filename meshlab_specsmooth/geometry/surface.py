@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from meshlab_specsmooth.arrays import Booleans, Floats, Integers
 from meshlab_specsmooth.errors import InvalidSurface
+from meshlab_specsmooth.geometry.triangles import compute_face_vectors, compute_vertex_normals
 
 # Nearer to the end of the range of numbers, differences and wavelengths would leave it.
 _LARGEST = 2.0**1000
@@ -206,22 +207,13 @@ def boundary_vertices(surface: Surface) -> Booleans:
 
 def face_vectors(surface: Surface) -> Floats:
     """(m, 3) normals whose length is twice the face's area, in squared mesh units."""
-    return _face_vectors(surface.vertices, surface.faces)
-
-
-def _face_vectors(V: Floats, F: Integers) -> Floats:
-    return np.asarray(np.cross(V[F[:, 1]] - V[F[:, 0]], V[F[:, 2]] - V[F[:, 0]]), dtype=np.float64)
+    return compute_face_vectors(surface.vertices, surface.faces)
 
 
 def vertex_normals(surface: Surface) -> Floats:
     """(n, 3) unit normals, the mean over the faces at a vertex weighted by area; zero where there is none."""
-    V, F = np.zeros_like(surface.vertices), surface.faces
-    _, exponent = np.frexp(np.abs(surface.vertices).max())
-    vectors = _face_vectors(np.ldexp(surface.vertices, -exponent), F)  # squares must stay in the range of numbers
-    for corner in range(3):
-        np.add.at(V, F[:, corner], vectors)
-    length = np.linalg.norm(V, axis=1)
-    return np.asarray(np.divide(V, length[:, None], out=np.zeros_like(V), where=length[:, None] > 0))
+    exponent = int(np.frexp(np.abs(surface.vertices).max())[1])  # squares must stay in the range of numbers
+    return compute_vertex_normals(np.ldexp(surface.vertices, -exponent), surface.faces)
 
 
 def signed_volume(surface: Surface) -> float:

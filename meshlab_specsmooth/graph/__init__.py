@@ -1,6 +1,6 @@
-"""The mesh as a graph, and the hot loop: everything that sweeps over all edges.
+"""The mesh as a graph of vertices or of faces, and the kernels that loop over all edges.
 
-``build.py`` makes the graph of a mesh, ``order.py`` puts neighbors near each other in memory, ``laplacian.py`` is the
-operator, and what a sweep does is said in ``kernels.py`` and done twice: by scipy's sparse product in ``reference.py``
-and, with the extra ``fast``, in one pass over indices alone in ``compiled.py``.
+``adjacency.py`` and ``face_adjacency.py`` define the graphs, ``protocols.py`` what the kernels compute. Everything is
+implemented twice, with scipy (``*_scipy.py``, the reference) and compiled with numba (``*_numba.py``, with the extra
+``fast``); ``backend.py`` chooses. ``build.py`` makes graphs and ``laplacian.py`` the operator.
 """

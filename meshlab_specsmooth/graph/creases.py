@@ -1,4 +1,4 @@
-"""Edges that nothing crosses: which they are, and the surface and the graph of faces cut along them."""
+"""Creases: edges with a large dihedral angle, and the surface and the graph of faces cut along them."""
 
 from __future__ import annotations
 
@@ -10,26 +10,27 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from meshlab_specsmooth.arrays import Booleans, Floats, Integers
-from meshlab_specsmooth.graph.faces import FaceGraph, face_graph
+from meshlab_specsmooth.graph.backend import face_graph
+from meshlab_specsmooth.graph.face_adjacency import FaceGraph
 
 
 @dataclass(frozen=True, eq=False)
 class Cut:
     """A surface cut along creases.
 
-    Around a vertex, faces that are linked through edges that are no creases form a sector; a vertex with several
-    sectors becomes as many vertices.
+    The faces around a vertex that are connected through edges other than creases form a sector. A vertex with several
+    sectors is split into one vertex for each.
 
     Attributes
     ----------
     edges : (k, 2) int32
         The creases.
     on : (n,) bool
-        Vertices at the end of a crease.
+        Whether each vertex is an end of a crease.
     corners : (m, 3) int32
-        The faces, a vertex for each sector: the first n are those of the surface.
+        The faces of the cut surface; its first n vertices are those of the surface.
     origin : (n',) int32
-        The vertex of the surface that each vertex of ``corners`` stands for.
+        The vertex of the surface that each vertex of the cut surface came from.
     """
 
     edges: Integers
@@ -39,13 +40,13 @@ class Cut:
 
 
 @dataclass(frozen=True, eq=False)
-class Sides:
-    """The sides of all faces, sorted by edge; side k of face f runs from its corner k to the next.
+class Halfedges:
+    """The halfedges of all faces, sorted by edge; halfedge k of face f runs from its corner k to the next.
 
     Attributes
     ----------
     key : (s,) int64
-        The edge, as :func:`keys_of` has it; rising.
+        The edge, as from :func:`edge_keys`, ascending.
     face, corner : (s,) int
     """
 
@@ -54,23 +55,23 @@ class Sides:
     corner: npt.NDArray[np.int64]
 
 
-def keys_of(pairs: npt.NDArray[np.integer], n: int) -> npt.NDArray[np.int64]:
-    """(k,) one number for each edge among n vertices, whatever the order of its ends."""
+def edge_keys(pairs: npt.NDArray[np.integer], n: int) -> npt.NDArray[np.int64]:
+    """(k,) a number for each edge between n vertices, independent of the order of its ends."""
     ends = np.asarray(pairs, dtype=np.int64)
     return np.asarray(ends.min(axis=1) * n + ends.max(axis=1))
 
 
-def sides_of(corners: Integers, n: int) -> Sides:
-    """The sides of faces on n vertices, without those between a vertex and itself."""
+def sort_halfedges(corners: Integers, n: int) -> Halfedges:
+    """Sort the halfedges of faces on n vertices by edge, without those from a vertex to itself."""
     first, second = corners.ravel(), np.roll(corners, -1, axis=1).ravel()
     at = np.flatnonzero(first != second)
-    key = keys_of(np.stack([first[at], second[at]], axis=1), n)
+    key = edge_keys(np.stack([first[at], second[at]], axis=1), n)
     order = np.argsort(key, kind="stable")
-    return Sides(key[order], at[order] // 3, at[order] % 3)
+    return Halfedges(key[order], at[order] // 3, at[order] % 3)
 
 
 def _is_among(numbers: npt.NDArray[np.int64], few: npt.NDArray[np.int64]) -> Booleans:
-    """Whether each number is one of a few; faster than sorting them all."""
+    """Whether each number is in a short list; faster than sorting all of them, as ``np.isin`` does."""
     if len(few) == 0:
         return np.zeros(len(numbers), dtype=np.bool_)
     few = np.sort(few)
@@ -79,33 +80,33 @@ def _is_among(numbers: npt.NDArray[np.int64], few: npt.NDArray[np.int64]) -> Boo
 
 
 def find_creases(corners: Integers, normal: Floats, n: int, angle: float) -> Integers:
-    """(k, 2) edges whose faces' unit normals differ by more than an angle in degrees.
+    """Find the edges, (k, 2), at which the unit normals of the faces differ by more than an angle in degrees.
 
-    Faces that run along their edge in the same direction look to opposite sides: one of them counts as turned. A face
-    without a normal makes no crease.
+    Two faces that traverse their edge in the same direction are oriented oppositely: one of them is treated as flipped.
+    A face without a normal makes no crease.
     """
-    sides = sides_of(corners, n)
-    same = np.flatnonzero(sides.key[1:] == sides.key[:-1])
-    f, g = sides.face[same], sides.face[same + 1]
-    starts = [corners[face, sides.corner[at]] for face, at in ((f, same), (g, same + 1))]
+    halfedges = sort_halfedges(corners, n)
+    same = np.flatnonzero(halfedges.key[1:] == halfedges.key[:-1])
+    f, g = halfedges.face[same], halfedges.face[same + 1]
+    starts = [corners[face, halfedges.corner[at]] for face, at in ((f, same), (g, same + 1))]
     cosine = (normal[f] * normal[g]).sum(axis=1) * np.where(starts[0] == starts[1], -1.0, 1.0)
     has_normals = (normal[f] != 0).any(axis=1) & (normal[g] != 0).any(axis=1)
-    found = np.unique(sides.key[same[has_normals & (cosine < np.cos(np.deg2rad(angle)))]])
+    found = np.unique(halfedges.key[same[has_normals & (cosine < np.cos(np.deg2rad(angle)))]])
     return np.stack([found // n, found % n], axis=1).astype(np.int32)
 
 
 def cut_along(corners: Integers, n: int, edges: Integers) -> Cut:
-    """The surface cut along some of its edges."""
+    """Cut the surface along some of its edges."""
     on = np.zeros(n, dtype=np.bool_)
     on[edges] = True
-    sides = sides_of(corners, n)
-    # a slot is a corner of a face; slots of one vertex are linked through edges that are no creases
-    here = 3 * sides.face + sides.corner
-    there = 3 * sides.face + (sides.corner + 1) % 3
+    halfedges = sort_halfedges(corners, n)
+    # a slot is a corner of a face; the slots of a vertex are linked through edges that are not creases
+    here = 3 * halfedges.face + halfedges.corner
+    there = 3 * halfedges.face + (halfedges.corner + 1) % 3
     vertex = corners.ravel()
-    turned = vertex[here] > vertex[there]
-    low, high = np.where(turned, there, here), np.where(turned, here, there)
-    linked = (sides.key[1:] == sides.key[:-1]) & ~_is_among(sides.key[1:], keys_of(edges, n))
+    reverse = vertex[here] > vertex[there]
+    low, high = np.where(reverse, there, here), np.where(reverse, here, there)
+    linked = (halfedges.key[1:] == halfedges.key[:-1]) & ~_is_among(halfedges.key[1:], edge_keys(edges, n))
     at = np.flatnonzero(linked)
     # slots of one face at the same vertex
     first, second = np.arange(3 * len(corners)), np.roll(np.arange(3 * len(corners)).reshape(-1, 3), -1, axis=1).ravel()
@@ -129,16 +130,16 @@ def cut_along(corners: Integers, n: int, edges: Integers) -> Cut:
 
 
 def cut_graph(corners: Integers, n: int, cut: Cut) -> FaceGraph:
-    """The graph of faces in which faces on opposite sides of a crease are no neighbors.
+    """Build the graph of faces in which faces on opposite sides of a crease are not neighbors.
 
-    Faces are neighbors that share a sector of a vertex, but not those that share a crease.
+    Two faces are neighbors if they share a sector of a vertex and no crease.
     """
     whole, parted = face_graph(corners, n), face_graph(cut.corners, len(cut.origin))
     m = len(corners)
-    sides = sides_of(corners, n)
-    at_crease = _is_among(sides.key, keys_of(cut.edges, n))
-    key, face = sides.key[at_crease], sides.face[at_crease]
-    # all pairs of the faces at each crease, of which there are two but for edges of three faces and more
+    halfedges = sort_halfedges(corners, n)
+    at_crease = _is_among(halfedges.key, edge_keys(cut.edges, n))
+    key, face = halfedges.key[at_crease], halfedges.face[at_crease]
+    # all pairs of the faces at each crease: two faces, except at non-manifold edges
     begin = np.searchsorted(key, key)
     count = np.searchsorted(key, key, side="right") - begin
     offset = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)

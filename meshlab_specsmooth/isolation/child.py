@@ -74,7 +74,7 @@ def run(vertices: Floats, faces: Integers, name: str, parameters: Mapping[str, A
     """
     ms = meshset.new(vertices, faces)
     given = {
-        key: pymeshlab.PercentageValue(100 * value.share) if isinstance(value, Length) else value
+        key: pymeshlab.PercentageValue(100 * value.fraction) if isinstance(value, Length) else value
         for key, value in parameters.items()
     }
     output: dict[str, Any] = {}
@@ -85,7 +85,7 @@ def run(vertices: Floats, faces: Integers, name: str, parameters: Mapping[str, A
     except Exception as error:
         raise FilterFailed(" ".join(str(error).split()) or type(error).__name__) from error
     seconds = time.perf_counter() - start
-    result, left = meshset.pull(ms)
+    result, left = meshset.get_arrays(ms)
     if len(result) != len(vertices) or len(left) != len(faces):
         raise FilterFailed(f"it made {len(result)} vertices and {len(left)} faces of {len(vertices)} and {len(faces)}")
     if not np.isfinite(result).all():
@@ -217,7 +217,7 @@ def _sphere() -> tuple[Floats, Integers]:
     """Small, but larger than what is treated by other methods than large meshes are; with noise to be recognized."""
     ms = pymeshlab.MeshSet()
     ms.create_sphere(subdiv=4)
-    vertices, faces = meshset.pull(ms)
+    vertices, faces = meshset.get_arrays(ms)
     return vertices + 0.01 * np.random.default_rng(0).standard_normal(vertices.shape), faces
 
 

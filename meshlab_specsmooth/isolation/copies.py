@@ -22,7 +22,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from meshlab_specsmooth.meshlab.files import Staged
+from meshlab_specsmooth.runtime.atomic import Staged
 from meshlab_specsmooth.runtime.temporary import Temporary
 
 # Linux: the signal that a process gets when the one that started it ends (sys/prctl.h); and that a signal is from the

@@ -1,4 +1,4 @@
-"""MeshLab's selection of faces' edges, which pymeshlab has no getter for."""
+"""The selected edges of a mesh, for which pymeshlab has no getter."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ import pymeshlab
 from meshlab_specsmooth.arrays import Integers
 from meshlab_specsmooth.errors import MeshSetError
 from meshlab_specsmooth.runtime import temporary
-from meshlab_specsmooth.runtime.interrupts import Hold
+from meshlab_specsmooth.runtime.interrupts import DeferInterrupts
 
-# Of a face's flags: side k, from corner k to the next, is selected
+# Flags of a face: the edge from corner k to the next is selected
 _SELECTED = tuple(0x8000 << k for k in range(3))
 _FACE = np.dtype([("count", "u1"), ("corners", "<i4", 3), ("flags", "<i4")])
 _VERTEX_BYTES = 24
@@ -30,9 +30,19 @@ end_header
 
 
 def selected_edges(ms: pymeshlab.MeshSet) -> Integers:
-    """(k, 2) vertex pairs of the current mesh's selected edges, each once.
+    """Return the selected edges of the current mesh.
 
-    Only a PLY file has them, in the flags of its faces, so one is written and read.
+    They are only accessible in a PLY file, in the flags of the faces, so one is written and read.
+
+    Returns
+    -------
+    (k, 2) int32
+        Vertex pairs, sorted and unique.
+
+    Raises
+    ------
+    MeshSetError
+        This pymeshlab writes another layout.
 
     Examples
     --------
@@ -47,16 +57,16 @@ def selected_edges(ms: pymeshlab.MeshSet) -> Integers:
     mesh = ms.current_mesh()
     vertices, faces = mesh.vertex_number(), mesh.face_number()
     label = mesh.label()
-    with Hold(), temporary.folder() as folder:
+    with DeferInterrupts(), temporary.folder() as folder:
         path = Path(folder) / "edges.ply"
-        left_out = {f"save_{name}": False for name in _OF_VERTICES + _OF_FACES}
-        ms.save_current_mesh(str(path), save_textures=False, binary=True, save_face_flag=True, **left_out)
-        mesh.set_label(label)  # a mesh without one is named after its file
+        omitted = {f"save_{name}": False for name in _OF_VERTICES + _OF_FACES}
+        ms.save_current_mesh(str(path), save_textures=False, binary=True, save_face_flag=True, **omitted)
+        mesh.set_label(label)  # saving sets an empty label to the name of the file
         data = path.read_bytes()
     header = _ELEMENTS.format(vertices=vertices, faces=faces).encode()
     start = data.find(header) + len(header) + _VERTEX_BYTES * vertices
     if header not in data[:4096] or len(data) != start + _FACE.itemsize * faces:
-        raise MeshSetError("pymeshlab does not write selected edges as it did, so they cannot be read; give an angle")
+        raise MeshSetError("this pymeshlab writes selected edges in an unknown layout; give an angle instead")
     written = np.frombuffer(data, dtype=_FACE, offset=start)
     selected = np.stack([written["flags"] & flag != 0 for flag in _SELECTED], axis=1)
     corners = np.asarray(written["corners"], dtype=np.int32)

@@ -1,4 +1,4 @@
-"""What MeshLab measures itself."""
+"""Measurements by MeshLab's own filters."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from meshlab_specsmooth.meshlab import meshset
 
 
 def hausdorff(a: Surface, b: Surface) -> float:
-    """MeshLab's Hausdorff distance, the larger of both directions, sampled at the vertices; in mesh units.
+    """Compute the Hausdorff distance by MeshLab, sampled at the vertices, the larger of both directions, in mesh units.
 
     Examples
     --------
@@ -25,7 +25,7 @@ def hausdorff(a: Surface, b: Surface) -> float:
     """
     ms = meshset.new(a.vertices, a.faces)
     ms.add_mesh(pymeshlab.Mesh(b.vertices, b.faces))
-    # far enough for any distance: by default MeshLab leaves out what is further off than half a diagonal
+    # large enough for any distance: by default MeshLab ignores distances above half a diagonal
     corners = np.concatenate([a.vertices, b.vertices])
     far = pymeshlab.PureValue(float(np.linalg.norm(np.ptp(corners, axis=0))) or 1.0)
     return max(
@@ -41,7 +41,7 @@ def hausdorff(a: Surface, b: Surface) -> float:
 
 @accept_meshes
 def self_intersecting_faces(mesh: Mesh, faces: npt.ArrayLike | None = None) -> Booleans:
-    """Which faces run through others, as MeshLab finds them.
+    """Find faces that intersect other faces, by MeshLab's filter.
 
     Parameters
     ----------
@@ -52,8 +52,8 @@ def self_intersecting_faces(mesh: Mesh, faces: npt.ArrayLike | None = None) -> B
     Returns
     -------
     (m,) bool
-        Of the faces as they were given, polygons among them. Their number is the sum. At 300 000 vertices this takes a
-        third of the time of the edge-aware filter, which is why filters do not report it.
+        For the faces as given, which may be polygons; the sum is their number. At 300 000 vertices this takes a third
+        of the time of the edge-aware filter, so the filters do not report it.
 
     Raises
     ------
@@ -70,7 +70,7 @@ def self_intersecting_faces(mesh: Mesh, faces: npt.ArrayLike | None = None) -> B
     """
     source = recognize(mesh, faces)
     surface = source.surface()
-    # squares of coordinates must stay in the range of numbers, and a power of two rounds nothing
+    # squares of coordinates must not overflow, and scaling by a power of two is exact
     _, exponent = np.frexp(np.abs(surface.vertices).max())
     ms = meshset.new(np.ldexp(surface.vertices, -exponent), surface.faces)
     ms.compute_selection_by_self_intersections_per_face()

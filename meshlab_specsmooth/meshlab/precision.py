@@ -1,7 +1,7 @@
-"""How far coordinates are rounded: by the format that they are written in, or by the one that they came in.
+"""Rounding of coordinates by file formats, of the input or the output.
 
-Far from the origin, as in map coordinates, a format of seven digits or less writes another surface without a word. What
-each of pymeshlab's writers does was measured; those that are not named here write all digits.
+Far from the origin, as in map coordinates, a format with seven digits or fewer silently changes the surface. The
+rounding of each of pymeshlab's writers was measured; formats that are not listed here write all digits.
 """
 
 from __future__ import annotations
@@ -14,32 +14,32 @@ import numpy as np
 from meshlab_specsmooth.arrays import Floats, Integers
 from meshlab_specsmooth.errors import FileError
 
-#: Rounding, in mean edges, from which on it is said, and from which on nothing is written unless it is asked for.
-TOLD, REFUSED = 0.01, 0.1
+#: Rounding, in mean edges, above which it is reported, and above which the file is refused by default.
+MAX_UNREPORTED, MAX_ACCEPTED = 0.01, 0.1
 
-#: Coordinates beyond are not drawn.
-LARGEST_DRAWN = 1e18
+#: Largest coordinate that is rendered.
+MAX_DRAWABLE = 1e18
 
-# the share of coordinates that must need the last bit of a float32: grids of whole numbers have none
-_NEEDING = 0.05
+# Minimum fraction of coordinates with a nonzero last bit as float32; none on integer grids
+_MIN_FRACTION = 0.05
 
 
-def rounding(vertices: Floats, faces: Integers, ending: str) -> float:
-    """The largest distance by which writing a format moves a vertex, in mean edges.
+def output_rounding(vertices: Floats, faces: Integers, ending: str) -> float:
+    """Return the largest change of a coordinate when a format is written, in mean edges.
 
     Parameters
     ----------
     vertices : (n, 3) float64
     faces : (m, 3) int
     ending : str
-        Of the format, as ``".stl"``.
+        Suffix of the format, such as ``".stl"``.
 
     Examples
     --------
     >>> import numpy as np
-    >>> from meshlab_specsmooth.meshlab.precision import rounding
+    >>> from meshlab_specsmooth.meshlab.precision import output_rounding
     >>> V, F = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]) + 5e6 + 0.2, np.array([[0, 1, 2]])
-    >>> rounding(V, F, ".ply"), rounding(V, F, ".stl") > 0.1
+    >>> output_rounding(V, F, ".ply"), output_rounding(V, F, ".stl") > 0.1
     (0.0, True)
     """
     rounded = _ROUNDED.get(ending.lower())
@@ -51,10 +51,10 @@ def rounding(vertices: Floats, faces: Integers, ending: str) -> float:
     return _in_edges(float(difference), vertices, faces)
 
 
-def rounding_before(vertices: Floats, faces: Integers) -> float:
-    """By how much coordinates were rounded that came as float32, in mean edges; 0 where they did not.
+def input_rounding(vertices: Floats, faces: Integers) -> float:
+    """Estimate the rounding error of coordinates that were float32 before, in mean edges; otherwise 0.
 
-    They did where all are float32, and some need the last bit of one: not a grid of whole numbers.
+    They were if all are representable as float32 and some have a nonzero last bit, which excludes integer grids.
     """
     used = _used(vertices, faces)
     if len(used) == 0 or np.abs(used).max() > np.finfo(np.float32).max:
@@ -67,8 +67,8 @@ def rounding_before(vertices: Floats, faces: Integers) -> float:
     for axis in range(3):
         values = used[:, axis]
         step = np.spacing(np.abs(single[:, axis]).max()).astype(np.float64)
-        top = np.abs(values) >= 0.5 * np.abs(values).max()  # these have the coarsest steps, or the next
-        if step > 0 and np.mean(np.mod(values[top] / step, 2) != 0) > _NEEDING:
+        top = np.abs(values) >= 0.5 * np.abs(values).max()  # with the largest or second largest spacing
+        if step > 0 and np.mean(np.mod(values[top] / step, 2) != 0) > _MIN_FRACTION:
             largest[axis] = step / 2
     return _in_edges(float(largest.max()), vertices, faces)
 
@@ -76,53 +76,59 @@ def rounding_before(vertices: Floats, faces: Integers) -> float:
 def check_rounding(
     vertices: Floats, faces: Integers, source: str | Path, target: str | Path | None, force: bool
 ) -> list[str]:
-    """What is to be said before coordinates are smoothed, and written to a format.
+    """Check the rounding of the coordinates by the formats of input and output.
 
     Parameters
     ----------
-    vertices, faces : array
+    vertices : (n, 3) float64
+    faces : (m, 3) int
     source, target : path
-        Files; None where nothing is written.
+        Input and output file; the target is None if nothing is written.
     force : bool
-        Say, and do not refuse.
+        Only report, never refuse.
+
+    Returns
+    -------
+    list of str
+        Notices for the user, one line each.
 
     Raises
     ------
     FileError
-        They are rounded by more than a tenth of a mean edge.
+        Coordinates are rounded by more than a tenth of a mean edge.
     """
     if len(faces) and (faces.min() < 0 or faces.max() >= len(vertices)):
-        return []  # no mesh, which whoever works on it says
-    before = rounding_before(vertices, faces)
-    found = [(before, f"{source}: its coordinates are float32, and so far from the origin they were rounded by up to")]
+        return []  # not a valid mesh, which is reported elsewhere
+    before = input_rounding(vertices, faces)
+    found = [(before, f"{source}: its coordinates are float32, which this far from the origin rounded them by up to")]
     if target is not None:
         ending = Path(target).suffix.lower()
-        after = rounding(vertices, faces, ending)
-        found.append((after, f"{target}: {ending} has few digits, and so far from the origin it rounds by up to"))
+        after = output_rounding(vertices, faces, ending)
+        found.append((after, f"{target}: {ending} has few digits, and this far from the origin rounds by up to"))
     remedies = (
-        "export it as double, or with an offset subtracted (--force goes on)",
+        "export it with double precision, or subtract an offset (--force continues)",
         "write .ply or .obj, or subtract an offset first (--force writes it)",
     )
     notices = []
     for (size, text), remedy in zip(found, remedies, strict=False):
-        if size > REFUSED and not force:
+        if size > MAX_ACCEPTED and not force:
             raise FileError(f"{text} {size:.2g} mean edges; {remedy}")
-        if size > TOLD:
+        if size > MAX_UNREPORTED:
             notices.append(f"{text} {size:.2g} mean edges")
     return notices
 
 
 def check_drawable(vertices: Floats, source: str | Path) -> None:
-    """Refuse coordinates whose squares a picture's float32 cannot hold; raises :class:`FileError`."""
+    """Refuse coordinates whose squares overflow in the renderer's float32; raises :class:`FileError`."""
     largest = np.abs(vertices[np.isfinite(vertices)]).max(initial=0.0)
-    if largest > LARGEST_DRAWN:
+    if largest > MAX_DRAWABLE:
         raise FileError(
-            f"{source}: has coordinates of {largest:.2g}; pictures are drawn up to {LARGEST_DRAWN:g}; scale it first"
+            f"{source}: has coordinates of {largest:.2g}; pictures need at most {MAX_DRAWABLE:g}; scale it first"
         )
 
 
 def _used(vertices: Floats, faces: Integers) -> Floats:
-    """The vertices that faces have; all where there are no faces."""
+    """Return the finite vertices that faces use; all finite ones if there are no faces."""
     used = vertices[np.unique(faces)] if len(faces) else vertices
     return used[np.isfinite(used).all(axis=1)]
 
@@ -143,15 +149,15 @@ def _single(values: Floats) -> Floats:
 
 
 def _six_digits(values: Floats) -> Floats:
-    """As ``%g`` prints."""
+    """Round as ``%g`` does."""
     step = 10.0 ** (np.floor(np.log10(np.abs(values), where=values != 0, out=np.zeros_like(values))) - 5)
     return np.where(step > 0, np.rint(values / np.where(step > 0, step, 1)) * step, values)
 
 
 def _six_decimals(values: Floats) -> Floats:
-    """As ``%f`` prints."""
+    """Round as ``%f`` does."""
     rounded = np.rint(values * 1e6) / 1e6
-    return np.where(np.abs(values) < 1e9, rounded, values)  # beyond, doubles have no more
+    return np.where(np.abs(values) < 1e9, rounded, values)  # larger doubles have no more decimals
 
 
 def _single_decimals(values: Floats) -> Floats:

@@ -1,4 +1,4 @@
-"""MeshLab projects: a document that MeshLab opens with one layer a mesh."""
+"""MeshLab projects: documents that MeshLab opens with one layer per mesh."""
 
 from __future__ import annotations
 
@@ -13,28 +13,29 @@ import pymeshlab
 
 from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.geometry.surface import Surface
-from meshlab_specsmooth.meshlab import files
+from meshlab_specsmooth.meshlab.mesh_files import meshlab_errors
+from meshlab_specsmooth.runtime.atomic import atomic_write, check_place, write_text
 
 _IDENTITY = "1 0 0 0 \n0 1 0 0 \n0 0 1 0 \n0 0 0 1 \n"
 
 
 @dataclass(frozen=True, eq=False)
 class Layer:
-    """A mesh of a project.
+    """A layer of a project: one mesh.
 
     Attributes
     ----------
     label : str
     file : str
-        Name of its PLY file, beside the project.
+        Name of its PLY file, in the folder of the project.
     surface : Surface
     quality : (n,) float64
-        Of the vertices.
+        Quality of the vertices.
     colors : (n, 3) float64 or None
-        Of the vertices, in [0, 1].
+        Colors of the vertices, in [0, 1].
     visible : bool
     face_colors : (m, 3) float64 or None
-        The same of the faces.
+        Colors of the faces, in [0, 1].
     """
 
     label: str
@@ -47,14 +48,14 @@ class Layer:
 
 
 def write(path: str | os.PathLike[str], layers: Sequence[Layer]) -> None:
-    """Write a project (.mlp) and the meshes that it refers to, in its folder; files of their names are replaced.
+    """Write a project (.mlp) and its meshes into a folder; existing files of these names are replaced.
 
     Raises
     ------
     FileError
         The folder is missing or not writable.
     """
-    target = files.check_place(path)
+    target = check_place(path)
     lines = ["<!DOCTYPE MeshLabDocument>", "<MeshLabProject>", " <MeshGroup>"]
     for layer in layers:
         _write_mesh(target.parent / layer.file, layer)
@@ -65,7 +66,7 @@ def write(path: str | os.PathLike[str], layers: Sequence[Layer]) -> None:
             "  </MLMesh>",
         ]
     lines += [" </MeshGroup>", " <RasterGroup/>", "</MeshLabProject>", ""]
-    files.write_text(target, "\n".join(lines))
+    write_text(target, "\n".join(lines))
 
 
 def _write_mesh(path: Path, layer: Layer) -> None:
@@ -76,7 +77,7 @@ def _write_mesh(path: Path, layer: Layer) -> None:
     }
     ms = pymeshlab.MeshSet()
     ms.add_mesh(pymeshlab.Mesh(layer.surface.vertices, layer.surface.faces, v_scalar_array=layer.quality, **colors))
-    with files.replacing(path) as part:
+    with atomic_write(path) as part, meshlab_errors(path, "written"):
         ms.save_current_mesh(
             str(part),
             save_vertex_quality=True,

@@ -1,4 +1,4 @@
-"""Our filters among pymeshlab's own: by patching it, or by a subclass for those who dislike that."""
+"""Add our filters to pymeshlab: by patching it, or by a subclass of MeshSet."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _undo: list[Callable[[], None]] = []
 
 
 class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]  # pymeshlab has no types
-    """A pymeshlab MeshSet that knows our filters, without :func:`register`.
+    """A pymeshlab MeshSet with our filters as methods, without :func:`register`.
 
     Examples
     --------
@@ -35,12 +35,12 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]  # pymeshlab has no type
 
 
 def register() -> None:
-    """Add our filters to pymeshlab itself, as if they came with one of its plugins.
+    """Add our filters to pymeshlab itself, as if one of its plugins provided them.
 
-    ``MeshSet`` gets a method a filter; ``apply_filter``, ``filter_parameter_values``, ``load_filter_script``,
+    ``MeshSet`` gets one method for each filter; ``apply_filter``, ``filter_parameter_values``, ``load_filter_script``,
     ``apply_filter_script``, ``pymeshlab.filter_list``, ``search``, ``print_filter_list`` and
-    ``print_filter_parameter_list`` know them. Doing it twice is doing it once; :func:`unregister` undoes it. Everything
-    else of pymeshlab goes through untouched.
+    ``print_filter_parameter_list`` include them. Calling it twice has no further effect; :func:`unregister` undoes it.
+    All other behavior of pymeshlab is unchanged.
 
     Examples
     --------
@@ -62,14 +62,14 @@ def register() -> None:
 
 
 def unregister() -> None:
-    """Take our filters out of pymeshlab again; without :func:`register` it does nothing."""
+    """Remove our filters from pymeshlab; without a preceding :func:`register` this has no effect."""
     with _lock:
         while _undo:
             _undo.pop()()
 
 
 def _replace(target: Any, name: str, function: Any) -> None:
-    """Set an attribute so that it can be undone to the very object, or the absence, that was there."""
+    """Set an attribute, and note how to restore the previous object or its absence."""
     if name in vars(target):
         before = vars(target)[name]
         _undo.append(lambda: setattr(target, name, before))
@@ -79,7 +79,7 @@ def _replace(target: Any, name: str, function: Any) -> None:
 
 
 def _methods() -> dict[str, Any]:
-    """Methods of a MeshSet that know our filters and leave the rest to those that pymeshlab's has now."""
+    """Return methods of a MeshSet that include our filters and otherwise call the current ones of pymeshlab."""
     native = {
         name: getattr(pymeshlab.MeshSet, name)
         for name in ("apply_filter", "filter_parameter_values", "load_filter_script", "apply_filter_script")
@@ -103,7 +103,7 @@ def _methods() -> dict[str, Any]:
         return native["filter_parameter_values"](self, filter_name, **kwargs)
 
     def load_filter_script(self: Any, file_name: str) -> None:
-        with _in_pymeshlab_s_exception():
+        with _as_pymeshlab_errors():
             script = scripts.read(file_name)
             if scripts.has_ours(script):
                 scripts.load(self, script)
@@ -111,13 +111,13 @@ def _methods() -> dict[str, Any]:
         native["load_filter_script"](self, file_name)
 
     def apply_filter_script(self: Any) -> None:
-        with _in_pymeshlab_s_exception():
-            script = scripts.of(self)
+        with _as_pymeshlab_errors():
+            script = scripts.script_of(self)
             scripts.check(script)
             if scripts.has_ours(script):
                 scripts.run(self, script, FILTERS)
                 return
-        # unchanged: pymeshlab's own scripts keep every digit while they are in memory
+        # called directly, as pymeshlab's own scripts keep all digits while they are in memory
         native["apply_filter_script"](self)
 
     methods = {f.__name__: f for f in (apply_filter, filter_parameter_values, load_filter_script, apply_filter_script)}
@@ -125,7 +125,7 @@ def _methods() -> dict[str, Any]:
 
 
 def _method(name: str) -> Callable[..., Any]:
-    """A method that calls our filter, as pymeshlab makes one of each of its own."""
+    """Return a method that calls one of our filters, as pymeshlab has one for each of its own."""
 
     def method(self: Any, **kwargs: Any) -> Any:
         return FILTERS[name](self, **kwargs)
@@ -143,7 +143,7 @@ for _name, _function in _methods().items():
 
 
 def _module_functions() -> dict[str, Any]:
-    """Functions of the pymeshlab module that list filters."""
+    """Return functions of the pymeshlab module that list filters, ours included."""
     native = {
         name: getattr(pymeshlab, name)
         for name in ("filter_list", "search", "print_filter_list", "print_filter_parameter_list")
@@ -154,10 +154,10 @@ def _module_functions() -> dict[str, Any]:
 
     def search(keyword: str) -> None:
         native["search"](keyword)
-        found = [descriptor for descriptor in map(descriptors.load, FILTERS) if _is_about(descriptor, keyword)]
+        found = [descriptor for descriptor in map(descriptors.load, FILTERS) if _matches(descriptor, keyword)]
         width = max((len(descriptor.function) for descriptor in found), default=0)
         for descriptor in found:
-            # as pymeshlab's own does, in its columns
+            # in the format of pymeshlab's own function
             print(f"{descriptor.function:{width}} : help(meshlab_specsmooth.{descriptor.function})")  # noqa: T201
 
     def print_filter_list() -> None:
@@ -176,8 +176,8 @@ def _module_functions() -> dict[str, Any]:
     return {f.__name__: f for f in (filter_list, search, print_filter_list, print_filter_parameter_list)}
 
 
-def _is_about(descriptor: descriptors.Descriptor, keyword: str) -> bool:
-    """Whether all words are in a filter's names, its class or its help, however they are joined."""
+def _matches(descriptor: descriptors.Descriptor, keyword: str) -> bool:
+    """Whether all words of the keyword occur in the names, class or help of a filter, also across word boundaries."""
     text = f"{descriptor.function} {descriptor.name} {descriptor.category} {descriptor.help}".lower()
     joined = re.sub(r"[^a-z0-9]", "", text)
     words = re.findall(r"[a-z0-9]+", keyword.lower())
@@ -185,8 +185,8 @@ def _is_about(descriptor: descriptors.Descriptor, keyword: str) -> bool:
 
 
 @contextlib.contextmanager
-def _in_pymeshlab_s_exception() -> Iterator[None]:
-    """What pymeshlab's own methods would raise as theirs is raised as theirs."""
+def _as_pymeshlab_errors() -> Iterator[None]:
+    """Raise our errors as PyMeshLabException, as pymeshlab's own methods do."""
     try:
         yield
     except SpecsmoothError as error:

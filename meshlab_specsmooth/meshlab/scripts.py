@@ -1,8 +1,8 @@
-"""Filter scripts (.mlx): recording our filters, and replaying scripts that mix them with MeshLab's.
+"""Filter scripts (.mlx): record our filters, and run scripts that mix them with MeshLab's.
 
-MeshLab's own filters are stored and run by pymeshlab. Ours stand between them as filters of their display name whose
-parameters are text, so that no digit is lost; pymeshlab keeps and saves what it does not know, and only fails when it
-is asked to run it, which is done here instead.
+MeshLab's own filters are stored and run by pymeshlab. Ours are stored among them under their display name, with all
+parameters as text, so that no digit is lost. pymeshlab stores and saves filters that it does not know, and only fails
+when it has to run them, so they are run here.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ from meshlab_specsmooth.errors import FileError, InvalidXml
 from meshlab_specsmooth.isolation import processes
 from meshlab_specsmooth.meshlab import descriptors
 from meshlab_specsmooth.meshlab.descriptors import Descriptor, Parameter
-from meshlab_specsmooth.meshlab.meshset import keeping_script, script_of, set_script
+from meshlab_specsmooth.meshlab.filter_script import get_script, preserve_script, set_script
 from meshlab_specsmooth.meshlab.xmltree import Element, parse
 from meshlab_specsmooth.runtime import temporary
-from meshlab_specsmooth.runtime.interrupts import Hold
+from meshlab_specsmooth.runtime.interrupts import DeferInterrupts
 
-# pymeshlab's own, whatever is registered later
+# pymeshlab's own methods, bound before register() replaces them
 _NATIVE_APPLY, _NATIVE_LOAD = pymeshlab.MeshSet.apply_filter_script, pymeshlab.MeshSet.load_filter_script
 
-# the type of all parameters of ours: pymeshlab keeps six digits of a number, and all of a text
+# Type of all parameters of our filters: pymeshlab keeps only six digits of a number, but all of a text
 _TEXT = "RichString"
 
 Filters = Mapping[str, Callable[..., dict[str, Any]]]
@@ -42,7 +42,7 @@ Filters = Mapping[str, Callable[..., dict[str, Any]]]
 
 @dataclass(frozen=True)
 class Step:
-    """One filter of a script: display name, attributes of each parameter, and the line it stands on."""
+    """One filter of a script: display name, attributes of each parameter, and its line."""
 
     name: str
     parameters: tuple[dict[str, str], ...]
@@ -51,67 +51,67 @@ class Step:
 
 @dataclass(frozen=True)
 class Script:
-    """A filter script and where it came from."""
+    """A filter script and its source, for error messages."""
 
     source: str
     steps: tuple[Step, ...]
 
 
 def read(path: str | os.PathLike[str]) -> Script:
-    """The script in a file.
+    """Read a script from a file.
 
     Raises
     ------
     FileError
-        There is no such file.
+        The file cannot be read.
     InvalidXml
-        Malformed: file, line, reason.
+        It is malformed; the message names file, line and reason.
     """
     try:
         data = Path(path).read_bytes()
     except OSError as error:
         raise FileError(f"{path}: cannot be read: {error.strerror}") from error
-    return _script(data, str(path))
+    return _parse_script(data, str(path))
 
 
-def of(ms: pymeshlab.MeshSet) -> Script:
-    """The filter script of a MeshSet."""
-    return _script(script_of(ms).encode(), "the MeshSet's filter script")
+def script_of(ms: pymeshlab.MeshSet) -> Script:
+    """Return the filter script of a MeshSet."""
+    return _parse_script(get_script(ms).encode(), "the MeshSet's filter script")
 
 
-def step_of(descriptor: Descriptor, values: dict[str, Any]) -> str:
-    """XML of one of our filters, with all its values."""
+def format_step(descriptor: Descriptor, values: dict[str, Any]) -> str:
+    """Format a call of one of our filters, with the values of all parameters, as XML."""
     parameters = tuple(
         {
             "name": parameter.name,
-            "value": _as_text(values[parameter.name]),
+            "value": _format_value(values[parameter.name]),
             "type": _TEXT,
             "description": parameter.label,
             "tooltip": parameter.help,
         }
         for parameter in descriptor.parameters
     )
-    return _as_xml(Step(descriptor.name, parameters, 0))
+    return _format_xml(Step(descriptor.name, parameters, 0))
 
 
 def check(script: Script) -> None:
-    """Refuse a script that could not run to its end for what it says; raises :class:`InvalidXml`."""
+    """Refuse a script with unknown filters or invalid parameters of ours; raises :class:`InvalidXml`."""
     ours = _ours()
     for step in script.steps:
         if step.name in ours:
-            _values(step, ours[step.name], script.source)
+            _parse_values(step, ours[step.name], script.source)
     native = dict.fromkeys(step.name for step in script.steps if step.name not in ours)
-    unknown = _unknown(tuple(native))
+    unknown = _find_unknown(tuple(native))
     for step in script.steps:
         if step.name in unknown and step.name in pymeshlab.filter_list():
             raise InvalidXml(
                 script.source,
                 step.line,
-                f"{step.name!r} is what pymeshlab calls a filter; a script has MeshLab's own names, of filters and of "
-                f"parameters: write {_display_name(step.name)!r}, or save the script with save_filter_script",
+                f"{step.name!r} is a name of pymeshlab's; scripts contain MeshLab's names of filters and parameters: "
+                f"write {_display_name(step.name)!r}, or save the script with save_filter_script",
             )
         if step.name in unknown:
-            known = [*ours, *_former_names()]
+            known = [*ours, *_display_names()]
             nearest = difflib.get_close_matches(step.name, known, n=1, cutoff=0.0)[0]
             raise InvalidXml(
                 script.source, step.line, f"no filter is called {step.name!r}; the nearest known name is {nearest!r}"
@@ -119,56 +119,56 @@ def check(script: Script) -> None:
 
 
 def load(ms: pymeshlab.MeshSet, script: Script) -> None:
-    """Make a script that was read the MeshSet's own; ours keep their values whatever types the file gave them."""
+    """Make a script the filter script of a MeshSet; values of our filters are stored as text, whatever their type."""
     ours = _ours()
     steps = []
     for step in script.steps:
         if step.name in ours:
-            _values(step, ours[step.name], script.source)
+            _parse_values(step, ours[step.name], script.source)
             step = Step(step.name, tuple(p | {"type": _TEXT} for p in step.parameters), step.line)
         steps.append(step)
-    set_script(ms, _as_script(steps))
+    set_script(ms, _format_steps(steps))
 
 
 def run(ms: pymeshlab.MeshSet, script: Script, filters: Filters) -> None:
-    """Run a script, ours and MeshLab's, without recording it anew; nothing runs unless :func:`check` has passed."""
+    """Check a script, then run its filters, ours and MeshLab's, without recording them again."""
     check(script)
     ours = _ours()
-    with Hold() as hold, keeping_script(ms):
+    with DeferInterrupts() as hold, preserve_script(ms):
         for is_ours, group in itertools.groupby(script.steps, key=lambda step: step.name in ours):
             if is_ours:
                 for step in group:
                     descriptor = ours[step.name]
-                    with hold.through():
-                        filters[descriptor.function](ms, **_values(step, descriptor, script.source))
+                    with hold.allow():
+                        filters[descriptor.function](ms, **_parse_values(step, descriptor, script.source))
             else:
-                set_script(ms, _as_script(list(group)))
+                set_script(ms, _format_steps(list(group)))
                 hold.deliver()
                 _NATIVE_APPLY(ms)
                 hold.deliver()
 
 
 def has_ours(script: Script) -> bool:
-    """Whether a script needs this package to run."""
+    """Whether a script contains filters of this package."""
     return not _ours().keys().isdisjoint(step.name for step in script.steps)
 
 
 def _ours() -> dict[str, Descriptor]:
-    """Our descriptors by display name."""
+    """Return our descriptors by display name."""
     return {descriptor.name: descriptor for descriptor in map(descriptors.load, descriptors.names())}
 
 
-def _script(data: bytes, source: str) -> Script:
+def _parse_script(data: bytes, source: str) -> Script:
     root = parse(data, source)
     if root.tag != "FilterScript":
         raise InvalidXml(source, root.line, f"expected <FilterScript>, found <{root.tag}>")
-    steps = [_step(element, source) for element in root.children]
-    # ours by their Python names as well: with these the parameters are the same
+    steps = [_parse_step(element, source) for element in root.children]
+    # our filters may be given by their Python names as well
     functions = {descriptor.function: name for name, descriptor in _ours().items()}
     return Script(source, tuple(replace(step, name=functions.get(step.name, step.name)) for step in steps))
 
 
-def _step(element: Element, source: str) -> Step:
+def _parse_step(element: Element, source: str) -> Step:
     if element.tag != "filter" or "name" not in element.attributes:
         raise InvalidXml(source, element.line, f'expected <filter name="...">, found <{element.tag}>')
     for child in element.children:
@@ -177,8 +177,8 @@ def _step(element: Element, source: str) -> Step:
     return Step(element.attributes["name"], tuple(child.attributes for child in element.children), element.line)
 
 
-def _values(step: Step, descriptor: Descriptor, source: str) -> dict[str, Any]:
-    """Keyword arguments of one of our filters from the text of a script."""
+def _parse_values(step: Step, descriptor: Descriptor, source: str) -> dict[str, Any]:
+    """Parse the keyword arguments of one of our filters."""
     values: dict[str, Any] = {}
     known = {parameter.name: parameter for parameter in descriptor.parameters}
     for attributes in step.parameters:
@@ -188,20 +188,20 @@ def _values(step: Step, descriptor: Descriptor, source: str) -> dict[str, Any]:
         if name in values:
             raise InvalidXml(source, step.line, f"filter {step.name!r} has {name!r} twice")
         try:
-            values[name] = _from_text(known[name], text)
+            values[name] = _parse_value(known[name], text)
         except ValueError as error:
-            reason = f"{name} of filter {step.name!r} is {text!r}, which is no {known[name].type}"
+            reason = f"{name} of filter {step.name!r} is {text!r}, which is not of type {known[name].type}"
             raise InvalidXml(source, step.line, reason) from error
     if values.get("modes") and values.get("wavelength"):
         raise InvalidXml(source, step.line, f"filter {step.name!r} has both modes and a wavelength; give one of them")
     return values
 
 
-def _as_text(value: Any) -> str:
+def _format_value(value: Any) -> str:
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
-def _from_text(parameter: Parameter, text: str) -> Any:
+def _parse_value(parameter: Parameter, text: str) -> Any:
     if parameter.type == "bool":
         if text not in ("true", "false"):
             raise ValueError(text)
@@ -216,16 +216,16 @@ def _from_text(parameter: Parameter, text: str) -> Any:
     return number
 
 
-def _as_script(steps: Sequence[Step]) -> str:
-    return text_of(map(_as_xml, steps))
+def _format_steps(steps: Sequence[Step]) -> str:
+    return format_script(map(_format_xml, steps))
 
 
-def text_of(steps: Iterable[str]) -> str:
-    """A filter script, from the XML of its filters."""
+def format_script(steps: Iterable[str]) -> str:
+    """Format a filter script from the XML of its filters."""
     return "<!DOCTYPE FilterScript>\n<FilterScript>\n" + "".join(steps) + "</FilterScript>\n"
 
 
-def _as_xml(step: Step) -> str:
+def _format_xml(step: Step) -> str:
     lines = [f" <filter name={quoteattr(step.name)}>"]
     for parameter in step.parameters:
         attributes = " ".join(f"{name}={quoteattr(text)}" for name, text in parameter.items())
@@ -234,47 +234,50 @@ def _as_xml(step: Step) -> str:
 
 
 def _display_name(function: str) -> str:
-    """About what MeshLab calls a filter that pymeshlab calls so."""
-    return next((name for name, called in _table() if called == function), function.replace("_", " ").title())
+    """Return the approximate display name in MeshLab of a filter of pymeshlab's."""
+    return next((name for name, called in _name_pairs() if called == function), function.replace("_", " ").title())
 
 
-def _former_names() -> list[str]:
-    """About what MeshLab's filters are called."""
-    return [name for name, _ in _table()]
+def _display_names() -> list[str]:
+    """Return the approximate display names of MeshLab's filters."""
+    return [name for name, _ in _name_pairs()]
 
 
-def _table() -> list[tuple[str, str]]:
-    """Pairs of what MeshLab, about, and pymeshlab call a filter: pymeshlab has names made from display names."""
+def _name_pairs() -> list[tuple[str, str]]:
+    """Return pairs of the approximate display name and pymeshlab's name of each filter, from a table in pymeshlab."""
     table = importlib.resources.files("pymeshlab") / "keys.txt"
     pairs = [line.split() for line in table.read_text(encoding="utf-8").splitlines() if line.strip()]
     return [(pair[0].replace("_", " ").title(), pair[-1]) for pair in pairs]
 
 
 @functools.lru_cache(maxsize=64)
-def _unknown(names: tuple[str, ...]) -> frozenset[str]:
-    """Those of the display names that pymeshlab has no filter of.
+def _find_unknown(names: tuple[str, ...]) -> frozenset[str]:
+    """Return the display names that pymeshlab does not know.
 
-    pymeshlab cannot be asked, but when it is to run an unknown filter, and only then, it says that something really bad
-    happened. That is tried on empty MeshSets in a process of its own, as some filters crash there; one that does is
-    known, and the names after it are tried in another process.
+    pymeshlab has no function for this, but it reports "something really bad happened" only for unknown filters. Each
+    name is tried on an empty MeshSet in a separate process, as some filters crash there: a name that crashes is known,
+    and the ones after it are tried in another process.
     """
     unknown: set[str] = set()
-    left = list(names)
-    while left:
-        with Hold() as hold, temporary.folder() as folder:
-            for number, name in enumerate(left):
-                (Path(folder) / f"{number}.mlx").write_text(_as_script([Step(name, (), 0)]), encoding="utf-8")
-            command, environment = processes.command(try_names, str(folder), str(len(left))), processes.environment()
-            with hold.through():
+    remaining = list(names)
+    while remaining:
+        with DeferInterrupts() as hold, temporary.folder() as folder:
+            for number, name in enumerate(remaining):
+                (Path(folder) / f"{number}.mlx").write_text(_format_steps([Step(name, (), 0)]), encoding="utf-8")
+            command, environment = (
+                processes.command(try_names, str(folder), str(len(remaining))),
+                processes.environment(),
+            )
+            with hold.allow():
                 done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)  # noqa: S603
         answers = [line.split()[1] for line in done.stdout.splitlines() if line.startswith("ANSWER ")]
-        unknown.update(name for name, answer in zip(left, answers, strict=False) if answer == "unknown")
-        left = left[len(answers) + 1 :]
+        unknown.update(name for name, answer in zip(remaining, answers, strict=False) if answer == "unknown")
+        remaining = remaining[len(answers) + 1 :]
     return frozenset(unknown)
 
 
 def try_names() -> None:
-    """Say on standard output of each numbered script in a folder whether pymeshlab knows its filter."""
+    """Print for each numbered script in a folder whether pymeshlab knows its filter."""
     folder, count = sys.argv[1:]
     for number in range(int(count)):
         ms = pymeshlab.MeshSet()
@@ -285,4 +288,4 @@ def try_names() -> None:
         except pymeshlab.PyMeshLabException as error:
             if "Something really bad happened" in str(error):
                 answer = "unknown"
-        print(f"\nANSWER {answer}", flush=True)  # noqa: T201 (for the process that started this one)
+        print(f"\nANSWER {answer}", flush=True)  # noqa: T201 (read by the parent process)

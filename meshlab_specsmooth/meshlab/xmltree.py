@@ -1,4 +1,4 @@
-"""XML with line numbers, for files from strangers: no entities, no DTD content, bounded size."""
+"""XML parser with line numbers, for untrusted files: no entities, no DTD content, bounded size and depth."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from xml.parsers import expat
 
 from meshlab_specsmooth.errors import InvalidXml
 
-LARGEST_FILE = 4 * 2**20  # bytes; a filter script of a thousand filters has one to three million
-DEEPEST_NESTING = 32
+MAX_FILE_SIZE = 4 * 2**20  # bytes; a filter script of a thousand filters has 1 to 3 MB
+MAX_DEPTH = 32
 
 
 @dataclass(slots=True)
 class Element:
-    """One element: its attributes in order, its children, its text, and the line it starts on."""
+    """An element: tag, attributes in order, line of its start tag, children and text."""
 
     tag: str
     attributes: dict[str, str]
@@ -24,25 +24,25 @@ class Element:
 
 
 def parse(data: bytes, source: str) -> Element:
-    """The root element of an XML document.
+    """Parse an XML document and return its root element.
 
     Raises
     ------
     InvalidXml
-        Malformed, too large, too deeply nested, or with an entity or element declaration in it.
+        Malformed, too large, nested too deeply, or with an entity or element declaration.
     """
-    if len(data) > LARGEST_FILE:
-        raise InvalidXml(source, 1, f"has {len(data)} bytes; at most {LARGEST_FILE} are read")
+    if len(data) > MAX_FILE_SIZE:
+        raise InvalidXml(source, 1, f"has {len(data)} bytes; at most {MAX_FILE_SIZE} are allowed")
     parser = expat.ParserCreate()
     parser.buffer_text = True
     root = Element("", {}, 0)
     open_elements = [root]
-    # joined at the end: expat hands over a piece a line, and a text that grows is copied at every piece
+    # joined at the end, in linear time: expat passes one piece of text per line
     open_texts: list[list[str]] = [[]]
 
     def start(tag: str, attributes: dict[str, str]) -> None:
-        if len(open_elements) > DEEPEST_NESTING:
-            raise InvalidXml(source, parser.CurrentLineNumber, f"elements nest deeper than {DEEPEST_NESTING}")
+        if len(open_elements) > MAX_DEPTH:
+            raise InvalidXml(source, parser.CurrentLineNumber, f"elements nest deeper than {MAX_DEPTH}")
         element = Element(tag, dict(attributes), parser.CurrentLineNumber)
         open_elements[-1].children.append(element)
         open_elements.append(element)
@@ -63,13 +63,13 @@ def parse(data: bytes, source: str) -> Element:
     parser.EntityDeclHandler = declaration
     parser.ElementDeclHandler = declaration
     parser.AttlistDeclHandler = declaration
-    parser.SkippedEntityHandler = declaration  # of a DTD elsewhere, which is not read
+    parser.SkippedEntityHandler = declaration  # defined in an external DTD, which is not read
     try:
         parser.Parse(data, True)
     except expat.ExpatError as error:
         raise InvalidXml(source, error.lineno, f"is not well-formed XML ({expat.ErrorString(error.code)})") from error
     except InvalidXml:
         raise
-    except (LookupError, ValueError) as error:  # the encoding that it says it has is none, or none that expat reads
+    except (LookupError, ValueError) as error:  # unknown encoding, or one that expat does not support
         raise InvalidXml(source, 1, f"cannot be decoded ({error})") from error
     return root.children[0]

@@ -1,8 +1,8 @@
-"""Single stray vertices: found one by one, whatever the noise of the rest, and put where their neighbors expect them.
+"""Single stray vertices: found one by one, whatever the noise of the rest, and moved to where their neighbors are.
 
-A few spikes leave the median of the noise as it is, but a mean square, which a strength is chosen by, is theirs alone.
-They are taken out before anything else is measured. Where many vertices are far off, the noise is impulse noise, and a
-matter of statistics (:func:`meshlab_specsmooth.risk.choose_weight.robust`).
+A few spikes leave the median of the noise as it is, but they dominate the mean square by which a strength is chosen, so
+they are removed before anything else is measured. Where many vertices are far off, the noise is impulse noise, and is
+clipped instead (:func:`meshlab_specsmooth.risk.impulses.clip_impulses`).
 """
 
 from __future__ import annotations
@@ -12,35 +12,41 @@ import numpy.typing as npt
 
 from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.graph.laplacian import Laplacian
+from meshlab_specsmooth.operators.patches import neighbors_of
 
-# A stray vertex is farther from the mean of its neighbors than so many times the median vertex, than so many edges
-# about it, and than so many times the second farthest of its neighbors, which do not count it. Corners and tips of
-# sampled shapes stay below an edge or two; a crease has two neighbors that are as far off.
-_OVER_MEDIAN = 8.0
-_OVER_EDGE = 1.5
-_OVER_NEIGHBORS = 3.0
-# It stands out of the plane of its neighbors by more than this fraction of that distance, or is farther from the
-# nearest of them than so many edges; hubs of flat fans are neither
-_OUT_OF_PLANE, _OUT_OF_REACH = 0.3, 1.5
-# A tip that so many triangles meet at is meant to be there
-_MAX_NEIGHBORS = 16
+# The distance of a stray vertex from the mean of its neighbors exceeds the median distance by the first factor, the
+# edges around it by the second, and the second largest distance among its neighbors (each without the stray) by the
+# third. Corners and tips of sampled shapes stay below an edge or two; a crease has two neighbors as far off.
+_MIN_OVER_MEDIAN = 8.0
+_MIN_OVER_EDGE = 1.5
+_MIN_OVER_NEIGHBORS = 3.0
 
-# More than this fraction of the vertices are not strays but impulse noise
+# It lies out of the plane of its neighbors by more than this fraction of that distance, or is farther from the nearest
+# of them than this many edges; hubs of flat fans are neither.
+_MIN_OUT_OF_PLANE, _MIN_OUT_OF_REACH = 0.3, 1.5
+
+# The number of neighbors: a tip where more triangles meet is part of the shape.
+_MIN_NEIGHBORS, _MAX_NEIGHBORS = 3, 16
+
+# More than this fraction of the vertices are not strays but impulse noise.
 MAX_FRACTION = 0.03
-# What is looked at more closely is farther off than the mean edge about it, which is found for many vertices at once
-_OVER_MEAN_EDGE = 1.0
-# Two strays next to each other hide each other: found in rounds
-_ROUNDS = 3
-# and then they are each other's neighbors, whose places settle in some rounds
-_SETTLING = 5
-_MIN_NEIGHBORS = 3
-_DIGITS = 40  # binary ones of a place
+
+# Candidates, which are tested one by one, exceed the mean edge around them by this factor.
+_MIN_OVER_MEAN_EDGE = 1.0
+
+# Two strays next to each other hide each other, so they are searched for repeatedly; as each other's neighbors, their
+# positions converge in a few iterations.
+_MAX_SEARCHES = 3
+_FILL_ITERATIONS = 5
+
+# Positions are rounded to this many binary digits, so that they do not depend on the order of summation.
+_DIGITS = 40
 
 
 def replace_outliers(
     X: Floats, L: Laplacian, held: npt.NDArray[np.integer] | None = None
 ) -> tuple[Floats, npt.NDArray[np.int64]]:
-    """Positions with stray vertices moved to where the bending of the surface about them is least.
+    """Move stray vertices to where the bending of the surface around them is least.
 
     Parameters
     ----------
@@ -48,18 +54,18 @@ def replace_outliers(
     L : Laplacian
         Uniform.
     held : (b,) int, optional
-        Vertices that are none, as those of a boundary, whose neighbors lie on one side.
+        Vertices that are never strays, as those of a boundary, whose neighbors lie on one side.
 
     Returns
     -------
     positions : (n, 3) float64
         X itself where there are no strays, or more than :data:`MAX_FRACTION` of the vertices.
     indices : (k,) int64
-        Of the strays, rising.
+        Of the strays, ascending.
     """
     found: list[npt.NDArray[np.int64]] = []
     Y, limit = X, max(1, int(MAX_FRACTION * len(X)))
-    for _ in range(_ROUNDS):
+    for _ in range(_MAX_SEARCHES):
         strays = _find(Y, L, held)
         if len(strays) == 0:
             break
@@ -71,9 +77,8 @@ def replace_outliers(
     if not found:
         return X, np.empty(0, dtype=np.int64)
     indices = np.unique(np.concatenate(found))
-    for _ in range(_SETTLING):
+    for _ in range(_FILL_ITERATIONS):
         Y[indices] = _fill(Y, L, indices)
-    # to digits that do not depend on the order that neighbors are added up in
     digits = _DIGITS - int(np.frexp(np.abs(Y[indices]).max())[1])
     Y[indices] = np.ldexp(np.rint(np.ldexp(Y[indices], digits)), -digits)
     return Y, indices
@@ -84,31 +89,22 @@ def _find(X: Floats, L: Laplacian, held: npt.NDArray[np.integer] | None) -> npt.
     if held is not None:
         distance[held] = 0.0
     median = float(np.median(distance))
-    candidates = np.flatnonzero(distance > max(_OVER_MEDIAN * median, np.finfo(np.float64).eps))
-    candidates = candidates[distance[candidates] > _OVER_MEAN_EDGE * _mean_edges_around(X, L, candidates)]
+    candidates = np.flatnonzero(distance > max(_MIN_OVER_MEDIAN * median, np.finfo(np.float64).eps))
+    candidates = candidates[distance[candidates] > _MIN_OVER_MEAN_EDGE * _mean_edges_around(X, L, candidates)]
     return np.array([i for i in candidates if _is_stray(X, L, int(i), float(distance[i]))], dtype=np.int64)
 
 
 def _mean_edges_around(X: Floats, L: Laplacian, at: npt.NDArray[np.int64]) -> Floats:
-    """(k,) mean length of the edges at the neighbors of some vertices that do not end at these themselves."""
+    """(k,) mean length of the edges at the neighbors of some vertices, without those that end at these vertices."""
     if len(at) == 0:
         return np.empty(0)
-    center, near = _neighbors(L, at)
-    of_near, far = _neighbors(L, near)
+    center, near = neighbors_of(L, at)
+    of_near, far = neighbors_of(L, near)
     origin = center[of_near]
     other = far != at[origin]
     length = np.linalg.norm(X[far[other]] - X[near[of_near[other]]], axis=1)
     count = np.bincount(origin[other], minlength=len(at))
     return np.asarray(np.bincount(origin[other], weights=length, minlength=len(at)) / np.maximum(count, 1))
-
-
-def _neighbors(L: Laplacian, at: npt.NDArray[np.integer]) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int32]]:
-    """All neighbors of some vertices, and at which place of ``at`` each vertex stands whose neighbor it is."""
-    first = L.graph.indptr
-    degree = np.diff(first)[at]
-    begin = np.cumsum(degree) - degree
-    entries = np.repeat(first[at] - begin, degree) + np.arange(degree.sum())
-    return np.repeat(np.arange(len(at)), degree), L.graph.indices[entries]
 
 
 def _is_stray(X: Floats, L: Laplacian, i: int, distance: float) -> bool:
@@ -125,7 +121,7 @@ def _is_stray(X: Floats, L: Laplacian, i: int, distance: float) -> bool:
         lengths.append(np.linalg.norm(X[others] - X[j], axis=1))
         off.append(float(np.linalg.norm(X[j] - X[others].mean(axis=0))))
     edge = float(np.median(np.concatenate(lengths)))
-    if distance <= _OVER_EDGE * edge or distance <= _OVER_NEIGHBORS * sorted(off)[-2]:
+    if distance <= _MIN_OVER_EDGE * edge or distance <= _MIN_OVER_NEIGHBORS * sorted(off)[-2]:
         return False
     ring = X[around]
     if len(ring) > _MIN_NEIGHBORS:  # less the one that may be a stray as well
@@ -133,7 +129,7 @@ def _is_stray(X: Floats, L: Laplacian, i: int, distance: float) -> bool:
     center = ring.mean(axis=0)
     normal = np.linalg.svd(ring - center)[2][-1]
     nearest = float(np.linalg.norm(X[around] - X[i], axis=1).min())
-    return bool(nearest > _OUT_OF_REACH * edge or abs((X[i] - center) @ normal) > _OUT_OF_PLANE * distance)
+    return bool(nearest > _MIN_OUT_OF_REACH * edge or abs((X[i] - center) @ normal) > _MIN_OUT_OF_PLANE * distance)
 
 
 def _fill(X: Floats, L: Laplacian, strays: npt.NDArray[np.int64]) -> Floats:
@@ -154,7 +150,7 @@ def _fill(X: Floats, L: Laplacian, strays: npt.NDArray[np.int64]) -> Floats:
 
 
 def describe_outliers(indices: npt.NDArray[np.int64]) -> str | None:
-    """That strays were put back; None where there are none."""
+    """A sentence for the warning of a result; None if there are no strays."""
     if len(indices) == 0:
         return None
     if len(indices) == 1:

@@ -1,4 +1,4 @@
-"""Connected components, grouped by scale and by noise: each group is smoothed by its own level and edge length."""
+"""Connected components grouped by scale and by noise: each group is smoothed by its own level and edge length."""
 
 from __future__ import annotations
 
@@ -6,22 +6,25 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse.csgraph import connected_components
 
-from meshlab_specsmooth.arrays import Floats, Integers
-from meshlab_specsmooth.graph.laplacian import Laplacian
-from meshlab_specsmooth.noise.estimate import NONE, UNCLEAR, Noise, measure, sheet
-from meshlab_specsmooth.operators.patches import draw_sample
+from meshlab_specsmooth.arrays import Booleans, Floats, Integers
+from meshlab_specsmooth.noise.estimate import estimate
+from meshlab_specsmooth.noise.model import NONE, UNCLEAR, Noise
+from meshlab_specsmooth.operators.assemble import Operators, assemble_patch
+from meshlab_specsmooth.operators.components import label_components
+from meshlab_specsmooth.operators.patches import draw_patches
 
-# Components of fewer vertices are not measured by themselves; they go with the group whose edges are most like theirs,
-# if these are longer or shorter by no more than this factor.
+# Components of fewer vertices are not measured by themselves. They join the group of the most similar edge length, if
+# the lengths differ by no more than this factor.
 _MIN_MEASURED = 200
-_ALIKE_EDGES = 1.5
-# Components are of one group where their edges and their levels differ by no more than these factors, and by what the
-# levels scatter besides.
-_SAME_EDGES, _SAME_LEVEL = 1.3, 1.3
-_SPREAD = 1.25  # standard error of a level times the root of the number of vertices
-# The largest components are measured; the rest goes the way of small ones
+_MAX_EDGE_RATIO_OF_SMALL = 1.5
+
+# Components form one group where their edges and their levels differ by no more than these factors, plus the scatter of
+# the levels.
+_MAX_EDGE_RATIO, _MAX_LEVEL_RATIO = 1.3, 1.3
+_STANDARD_ERROR = 1.25  # of a level, relative, times the root of the number of vertices
+
+# Only this many of the largest components are measured.
 _MAX_MEASURED = 32
 
 
@@ -32,11 +35,11 @@ class Part:
     Attributes
     ----------
     vertices : (k,) int64
-        Their vertices, rising.
+        Indices of active vertices, ascending.
     faces : (m,) int64
-        Rows of the mesh's faces.
+        Rows of ``Operators.faces``.
     is_left_alone : bool
-        Nothing is known of these, and nothing is moved.
+        Too small to be measured: nothing is moved.
     """
 
     vertices: npt.NDArray[np.int64]
@@ -44,24 +47,16 @@ class Part:
     is_left_alone: bool
 
 
-def label_components(L: Laplacian) -> tuple[int, npt.NDArray[np.int32]]:
-    """Number of connected components, and (n,) the component of each vertex."""
-    # every edge is stored in both directions; so this is the undirected answer, in half of the time
-    count, labels = connected_components(L.graph.adjacency(), directed=True, connection="strong")
-    return int(count), labels
-
-
-def split(X: Floats, F: Integers, L: Laplacian, count: int, labels: npt.NDArray[np.int32]) -> list[Part]:
-    """Components in groups of like edges and like noise, the largest group first; one group where all are alike.
+def group_components(ops: Operators, count: int, labels: npt.NDArray[np.int32]) -> list[Part]:
+    """Components grouped by edge length and noise, the largest group first; one group if all are similar.
 
     Parameters
     ----------
-    X : (n, 3) float64
-    F : (m, 3) int32
-    L : Laplacian
+    ops : Operators
     count, labels
-        As :func:`label_components` returns them.
+        As :func:`meshlab_specsmooth.operators.components.label_components` returns them.
     """
+    X, F = ops.positions, ops.faces
     sizes = np.bincount(labels, minlength=count)
     by_size = np.lexsort((np.arange(count), -sizes))
     edges = _mean_edges(X, F, labels, count)
@@ -69,14 +64,14 @@ def split(X: Floats, F: Integers, L: Laplacian, count: int, labels: npt.NDArray[
     if len(measured) == 0 or count == 1:
         return [Part(np.arange(len(X)), np.arange(len(F)), False)]
     face_labels = labels[F[:, 0]]
-    levels = {c: _noise_of(X, F, labels == c, face_labels == c) for c in measured}
+    levels = {c: _estimate_part(X, F, labels == c, face_labels == c) for c in measured}
     groups: list[list[int]] = []
     for c in measured:
-        mate = next((g for g in groups if _are_alike(edges, sizes, levels, g[0], c)), None)
-        if mate is None:
+        match = next((g for g in groups if _are_alike(edges, sizes, levels, g[0], c)), None)
+        if match is None:
             groups.append([c])
         else:
-            mate.append(c)
+            match.append(c)
     group_of = np.full(count, -1)
     for number, group in enumerate(groups):
         group_of[group] = number
@@ -84,7 +79,7 @@ def split(X: Floats, F: Integers, L: Laplacian, count: int, labels: npt.NDArray[
     small = np.flatnonzero((group_of < 0) & (edges > 0))
     apart = np.abs(np.log(edges[small, None] / heads))
     near = apart.argmin(axis=1)
-    fits = np.take_along_axis(apart, near[:, None], axis=1)[:, 0] <= np.log(_ALIKE_EDGES)
+    fits = np.take_along_axis(apart, near[:, None], axis=1)[:, 0] <= np.log(_MAX_EDGE_RATIO_OF_SMALL)
     group_of[small[fits]] = near[fits]
     if len(groups) == 1 and (group_of == 0).all():
         return [Part(np.arange(len(X)), np.arange(len(F)), False)]
@@ -102,60 +97,56 @@ def _mean_edges(X: Floats, F: Integers, labels: npt.NDArray[np.int32], count: in
     return np.asarray(np.bincount(face, weights=length, minlength=count) / np.bincount(face, minlength=count))
 
 
-def estimate_level(X: Floats, F: Integers, L: Laplacian) -> Noise:
-    """The noise that a surface is smoothed by, in the units of X: of the largest part that can be told anything of."""
-    count, labels = label_components(L)
-    parts = split(X, F, L, count, labels) if count > 1 else []
+def estimate_surface(ops: Operators) -> Noise:
+    """The noise that a surface is smoothed by, in the units of its positions: that of its largest measurable group."""
+    count, labels = label_components(ops.L)
+    parts = group_components(ops, count, labels) if count > 1 else []
     if len(parts) < 2:
-        sample = draw_sample(X, F, L)
-        return measure(sheet(X[sample.vertices], sample.faces)).noise
-    is_face = np.zeros(len(F), dtype=np.bool_)
+        patches = draw_patches(ops)
+        return estimate(patches.ops, patches.counted).noise
     found = []
     for part in parts:
         if not part.is_left_alone:
-            is_vertex = np.zeros(len(X), dtype=np.bool_)
+            is_vertex = np.zeros(len(ops.positions), dtype=np.bool_)
             is_vertex[part.vertices] = True
-            is_face[:] = False
+            is_face = np.zeros(len(ops.faces), dtype=np.bool_)
             is_face[part.faces] = True
-            found.append((_noise_of(X, F, is_vertex, is_face), len(part.vertices)))
+            found.append((_estimate_part(ops.positions, ops.faces, is_vertex, is_face), len(part.vertices)))
     return max(found, key=lambda pair: (not pair[0].is_left_alone, pair[1]))[0]
 
 
-def _noise_of(X: Floats, F: Integers, vertices: npt.NDArray[np.bool_], faces: npt.NDArray[np.bool_]) -> Noise:
-    at = np.flatnonzero(vertices)
-    place = np.cumsum(vertices, dtype=np.int32) - np.int32(1)
-    Y, G = X[at], place[F[faces]]
-    whole = sheet(Y, G)
-    sample = draw_sample(Y, G, whole.L)
-    return measure(sheet(Y[sample.vertices], sample.faces)).noise
+def _estimate_part(X: Floats, F: Integers, is_vertex: Booleans, is_face: Booleans) -> Noise:
+    index = np.cumsum(is_vertex, dtype=np.int32) - np.int32(1)
+    patches = draw_patches(assemble_patch(X[is_vertex], index[F[is_face]]))
+    return estimate(patches.ops, patches.counted).noise
 
 
 def _are_alike(edges: Floats, sizes: npt.NDArray[np.integer], levels: dict[int, Noise], a: int, b: int) -> bool:
     first, second = levels[a], levels[b]
     if (first.kind == UNCLEAR) != (second.kind == UNCLEAR) or (first.kind == NONE) != (second.kind == NONE):
         return False
-    if abs(np.log(edges[a] / edges[b])) > np.log(_SAME_EDGES):
+    if abs(np.log(edges[a] / edges[b])) > np.log(_MAX_EDGE_RATIO):
         return False
     if first.is_left_alone:
         return True
-    scatter = 3 * _SPREAD * float(np.hypot(sizes[a] ** -0.5, sizes[b] ** -0.5))
-    return bool(abs(np.log(first.level / second.level)) <= np.log(_SAME_LEVEL) + scatter)
+    scatter = 3 * _STANDARD_ERROR * float(np.hypot(sizes[a] ** -0.5, sizes[b] ** -0.5))
+    return bool(abs(np.log(first.level / second.level)) <= np.log(_MAX_LEVEL_RATIO) + scatter)
 
 
 def describe_levels(noises: list[Noise]) -> str | None:
-    """What was found of several parts, in words; None where there is nothing to tell apart."""
+    """The noise of several parts in a sentence; None if no part has any, or there is one part."""
     if len(noises) < 2 or all(noise.is_left_alone for noise in noises):
         return None
     levels = ", ".join(
         noise.kind if noise.is_left_alone else f"{noise.level / noise.mean_edge:.3g} of its mean edges"
         for noise in noises
     )
-    return f"{len(noises)} parts of unlike scale or noise were taken one by one, with noise of {levels}"
+    return f"{len(noises)} parts of different scale or noise were smoothed one by one, with noise of {levels}"
 
 
 def describe_left_alone(part: Part) -> str:
-    """That nothing is known of a part."""
+    """A sentence for the warning of a result."""
     return (
-        f"{len(part.vertices)} vertices in small components of another scale are left alone: too few to tell noise "
-        "from shape"
+        f"{len(part.vertices)} vertices in small components of another scale are left alone: too few to separate "
+        "noise from shape"
     )

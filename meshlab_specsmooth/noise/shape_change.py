@@ -13,8 +13,9 @@ import numpy as np
 import numpy.typing as npt
 
 from meshlab_specsmooth.arrays import Booleans, Floats, Integers
-from meshlab_specsmooth.graph.extent import measure_faces, sum_faces
-from meshlab_specsmooth.noise.estimate import CORRELATED, QUANTIZED, Noise
+from meshlab_specsmooth.graph.extent import sum_faces
+from meshlab_specsmooth.graph.extent_scipy import measure_faces
+from meshlab_specsmooth.noise.model import CORRELATED, QUANTIZED, Noise
 from meshlab_specsmooth.runtime import blocks
 
 # Changes below these fractions are of no concern, whatever explains them: of the volume, of the size along each
@@ -29,7 +30,7 @@ _SIGMAS, _CORRELATED_OVER = 3.0, 16.0
 
 
 @dataclass(frozen=True, eq=False)
-class Change:
+class ShapeChange:
     """How far shapes changed, one entry a connected component.
 
     Attributes
@@ -77,7 +78,7 @@ class Change:
 @np.errstate(over="ignore", invalid="ignore")  # a given setting may throw vertices anywhere; infinite is large
 def compare_shapes(
     X: Floats, Y: Floats, F: Integers, closed: Booleans, labels: npt.NDArray[np.int32] | None, noise: Noise
-) -> Change:
+) -> ShapeChange:
     """Changes from X to Y, and which of them the noise does not explain.
 
     Parameters
@@ -124,13 +125,13 @@ def compare_shapes(
     excessive |= np.abs(edges_before - edges_after) > ((1 + _SMALL_EDGE) ** 2 - 1) * edges_before + 9 * s2
     edge_change = np.sqrt(edges_after / np.maximum(edges_before, tiny)) - 1
     offset = np.where(has_volume, (volume - after) / np.maximum(area_after, tiny), 0.0)
-    return Change(volume_change, size_change, edge_change, offset, excessive)
+    return ShapeChange(volume_change, size_change, edge_change, offset, excessive)
 
 
 def _sums(X: Floats, at: npt.NDArray[np.integer], count: int) -> Floats:
     """(c, 3) sums of rows by component."""
     if count == 1:
-        return blocks.reduced(np.add, X)[None]
+        return blocks.reduce_rows(np.add, X)[None]
     return np.stack([np.bincount(at, weights=column, minlength=count) for column in X.T], axis=1)
 
 

@@ -1,4 +1,4 @@
-"""Where a filter acts: which vertices may move, which are features, what happens at the boundary."""
+"""The boundary of an open surface as a curve with operators of its own, and weights that fade out inside a region."""
 
 from __future__ import annotations
 
@@ -10,24 +10,17 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 from meshlab_specsmooth.arrays import Booleans, Floats, Integers
-from meshlab_specsmooth.graph.build import weighted
+from meshlab_specsmooth.graph.build import from_edges
 from meshlab_specsmooth.graph.laplacian import Laplacian, laplacian
-from meshlab_specsmooth.operators.laplacians import Gram
+from meshlab_specsmooth.operators.barycenters import Gram
 
-BOUNDARIES = ("free", "fixed", "curve", "auto")
-
-# Over how many rings of edges the plain low-pass rises from nothing at a selection's rim to all of it
+#: Number of rings of edges over which a displacement rises from zero at the border of a mask to all of it.
 BLENDING_RINGS = 4
-
-# Why nothing moves
-NOTHING_SELECTED = "nothing is selected, so nothing moves: select something, or do not restrict the filter to it"
-NO_FEATURES = "no vertex is a feature, so nothing is enhanced and nothing moves"
-ALL_KEPT = "all vertices are features that are kept, so nothing moves"
 
 
 @dataclass(frozen=True, eq=False)
-class Rim:
-    """The boundary of a surface as a curve: a graph of its own, with segments for faces.
+class BoundaryCurve:
+    """The boundary of a surface as a graph: its vertices, and segments in place of faces.
 
     Attributes
     ----------
@@ -38,9 +31,9 @@ class Rim:
     gram : Gram
         C^T C of the segments' midpoints.
     mean_edge : float
-        Mean length of its segments, in the units of the positions.
+        Mean length of the segments, in the units of the positions.
     length : (k, 1) float64
-        Length of the boundary curve that each vertex lies on, in the units of the positions.
+        Length of the curve that each vertex lies on, in the units of the positions.
     """
 
     vertices: Integers
@@ -50,34 +43,34 @@ class Rim:
     length: Floats
 
 
-def rim(positions: Floats, segments: Integers) -> Rim | None:
-    """The boundary curve of these segments, (b, 2) each once; None of a closed surface, which has none."""
+def boundary_curve(positions: Floats, segments: Integers) -> BoundaryCurve | None:
+    """The curve of the segments, (b, 2) each once; None for a closed surface."""
     if len(segments) == 0:
         return None
     vertices, local = np.unique(segments, return_inverse=True)
     local = local.reshape(-1, 2)
     k, m = len(vertices), len(local)
-    L = laplacian(weighted(k, local.astype(np.int32), np.ones(m)))
+    L = laplacian(from_edges(k, local.astype(np.int32), np.ones(m)))
     # each midpoint is half of either end: a quarter at every segment, and for each segment at a vertex
     gram = Gram(L.degree / 4, 1 / 4, csr_array((k, k)))
     segment_length = np.linalg.norm(positions[segments[:, 0]] - positions[segments[:, 1]], axis=1)
     _, curve = connected_components(L.graph.adjacency(), directed=False)
     length = np.bincount(curve[local[:, 0]], weights=segment_length)[curve]
-    return Rim(vertices.astype(np.int32), L, gram, float(segment_length.mean()), length[:, None])
+    return BoundaryCurve(vertices.astype(np.int32), L, gram, float(segment_length.mean()), length[:, None])
 
 
 def blend(L: Laplacian, mask: Floats) -> Floats:
-    """A weight that is 0 outside of the mask and rises to 1 over :data:`BLENDING_RINGS` rings inside of it."""
+    """Weights that are 0 where the mask is, and rise to 1 over :data:`BLENDING_RINGS` rings inside of it."""
     reach = L.graph.adjacency(np.ones(len(L.graph.indices)))
     return fade(mask > 0, lambda inside: inside & (reach @ (~inside).astype(np.float64) == 0))
 
 
-def fade(inside: Booleans, eroded: Callable[[Booleans], Booleans]) -> Floats:
-    """The same, given how a set of vertices loses those that have a neighbor outside of it."""
+def fade(inside: Booleans, erode: Callable[[Booleans], Booleans]) -> Floats:
+    """The same, given a function that removes the vertices with a neighbor outside from a set."""
     depth = inside.astype(np.float64)
     for _ in range(BLENDING_RINGS - 1):
-        inside = eroded(inside)
+        inside = erode(inside)
         depth += inside
-    # 1, 2, ... rings from the rim; smoothstep has no kink at either end
+    # 1, 2, ... rings from the border; smoothstep has no kink at either end
     t = depth / BLENDING_RINGS
     return np.asarray(t * t * (3 - 2 * t))

@@ -1,15 +1,14 @@
-"""The operators of the paper on a mesh: the Laplacian L (eq. 1-2), the face barycenters C (eq. 5-6)."""
+"""The Laplacian L = I - D^-1 A of the paper (eq. 1-2), and its kinds: how the edges are weighed."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array, csr_array
 
 from meshlab_specsmooth.arrays import Floats, Integers
-from meshlab_specsmooth.graph.build import MeshGraph, weighted
+from meshlab_specsmooth.graph.adjacency import MeshGraph
+from meshlab_specsmooth.graph.build import from_edges
 from meshlab_specsmooth.graph.laplacian import Laplacian, laplacian
 
 # An angle sharper than one degree weighs as one of one degree, and an edge whose two cotangents cancel or turn
@@ -39,7 +38,7 @@ def laplacian_of_kind(kind: str, mesh: MeshGraph, V: Floats, F: Integers) -> Lap
     if weigh is None:
         return laplacian(mesh.graph)
     ends = mesh.ends()
-    return laplacian(weighted(len(V), ends, weigh(V, F, ends)))
+    return laplacian(from_edges(len(V), ends, weigh(V, F, ends)))
 
 
 def _cotangent_weights(V: Floats, F: Integers, ends: Integers) -> Floats:
@@ -62,34 +61,3 @@ def _cotangent_weights(V: Floats, F: Integers, ends: Integers) -> Floats:
 
 #: Kinds of Laplacian: how an edge is weighed; None where all edges weigh 1, so that no weights need be read.
 LAPLACIANS: dict[str, Weigh | None] = {"uniform": None, "cotangent": _cotangent_weights}
-
-
-@dataclass(frozen=True, eq=False)
-class Gram:
-    """C^T C = diagonal + edge A + odd, where A is 1 at every edge; nothing of it is stored but where it is irregular.
-
-    Attributes
-    ----------
-    diagonal : (n, 1) float64
-    edge : float
-        At an edge with the usual number of faces.
-    odd : (n, n) csr_array
-        What is more or less at edges with another number of faces.
-    """
-
-    diagonal: Floats
-    edge: float
-    odd: csr_array
-
-
-def gram_of_barycenters(mesh: MeshGraph) -> Gram:
-    """C^T C of the face barycenters: 1/9 for each face at a vertex, and for each at an edge."""
-    n = mesh.graph.size
-    odd = coo_array(((mesh.odd_faces - 2) / 9, mesh.ends_of_odd()), shape=(n, n)).tocsr()
-    return Gram(mesh.corner_count[:, None] / 9, 2 / 9, odd)
-
-
-def barycenters(F: Integers, n: int) -> csr_array:
-    """C of shape (m, n), three entries of 1/3 a row: ``C @ V`` are the face barycenters (paper, eq. 5)."""
-    m = len(F)
-    return csr_array((np.full(3 * m, 1 / 3), F.ravel(), np.arange(0, 3 * m + 1, 3)), shape=(m, n))

@@ -1,7 +1,7 @@
 """The part of a mesh that noise is measured and settings are chosen on: the whole, or patches from all over it.
 
-What is drawn is the same for every order of vertices and faces: places are taken at equal steps along Morton's curve,
-patches grow ring by ring, and the vertices are numbered by their coordinates.
+The patches are the same for every order of vertices and faces: they start at equal steps along Morton's curve, grow
+ring by ring, and their vertices are numbered by their coordinates.
 """
 
 from __future__ import annotations
@@ -13,66 +13,97 @@ import numpy.typing as npt
 
 from meshlab_specsmooth.arrays import Booleans, Floats, Integers
 from meshlab_specsmooth.graph.laplacian import Laplacian
+from meshlab_specsmooth.operators.assemble import Operators, assemble_patch
 
-# Meshes of more vertices than this are judged by so many patches of so many vertices each
-WHOLE = 10_000
+# Meshes of more vertices than this are represented by patches, this many of this size.
+MAX_WHOLE = 10_000
 _COUNT = 5
 _SIZE = 1600
-# At least so many vertices must be left where only a part of the mesh counts
+
+#: A mask restricts what is measured only if it leaves this many vertices.
 MIN_COUNTED = 200
+
+# Rings next to the boundary that are excluded, as the Laplacian is one-sided there, and the number of vertices that
+# must be left for that.
+_MARGIN = 3
+MIN_VERTICES = 50
+
+# Cells to a side of the grid that starts are spread over, and the bits of a cell's number along one axis, at the places
+# 0, 3, 6, ...
+_CELLS = 32
+_INTERLEAVED = np.array([sum((i >> bit & 1) << 3 * bit for bit in range(5)) for i in range(_CELLS)], dtype=np.int64)
 
 
 @dataclass(frozen=True, eq=False)
-class Sample:
-    """A part of a mesh in an order of its own.
+class Patches:
+    """Patches of a mesh as one mesh in an order of its own.
 
     Attributes
     ----------
+    ops : Operators
+        Uniform, in the units of the mesh's positions.
+    counted : (k,) bool
+        Vertices whose noise and error count: away from boundaries, and in the mask where that leaves enough.
     vertices : (k,) int64
-        Indices into the mesh, ordered by coordinates.
-    faces : (m, 3) int32
-        By the numbers of these vertices, each from its lowest corner on, sorted.
+        Their indices among the active vertices of the mesh, ordered by coordinates.
     """
 
+    ops: Operators
+    counted: Booleans
     vertices: npt.NDArray[np.int64]
-    faces: Integers
 
 
-def draw_sample(X: Floats, F: Integers, L: Laplacian, counted: Booleans | None = None) -> Sample:
-    """The mesh where it is small, else patches of it, the same for any order of vertices and faces.
+def draw_patches(ops: Operators, mask: Booleans | None = None) -> Patches:
+    """Patches that represent a mesh; all of it where it is small.
 
     Parameters
     ----------
-    X : (n, 3) float64
-    F : (m, 3) int32
-    L : Laplacian
-        Of the mesh, whose graph the patches grow on.
-    counted : (n,) bool, optional
-        Where patches start: everywhere by default, or where fewer than :data:`MIN_COUNTED` vertices are left.
+    ops : Operators
+    mask : (n,) bool, optional
+        Vertices to represent: all by default, or where fewer than :data:`MIN_COUNTED` are left.
     """
-    n = len(X)
-    if n <= WHOLE:
-        return _numbered(X, F, np.arange(n))
-    if counted is not None and counted.sum() >= MIN_COUNTED:
-        among = np.flatnonzero(counted)
-        starts = [int(among[at]) for at in _spread(X[among])]
+    X, F, n = ops.positions, ops.faces, len(ops.positions)
+    if n <= MAX_WHOLE:
+        vertices, faces = _sort(X, F, np.arange(n))
     else:
-        starts = _spread(X)
-    chosen = np.zeros(n, dtype=np.bool_)
-    for start in starts:
-        chosen |= _grow(L, start)
-    kept = F[chosen[F[:, 0]]]  # few are left to look at
-    kept = kept[chosen[kept].all(axis=1)]
-    at = np.unique(kept).astype(np.int64)
-    place = np.full(n, -1, dtype=np.int32)
-    place[at] = np.arange(len(at), dtype=np.int32)
-    return _numbered(X[at], place[kept], at)
+        if mask is not None and mask.sum() >= MIN_COUNTED:
+            among = np.flatnonzero(mask)
+            starts = [int(among[at]) for at in _spread(X[among])]
+        else:
+            starts = _spread(X)
+        chosen = np.zeros(n, dtype=np.bool_)
+        for start in starts:
+            chosen |= _grow(ops.L, start)
+        kept = F[chosen[F[:, 0]]]  # few are left to look at
+        kept = kept[chosen[kept].all(axis=1)]
+        at = np.unique(kept).astype(np.int64)
+        index = np.full(n, -1, dtype=np.int32)
+        index[at] = np.arange(len(at), dtype=np.int32)
+        vertices, faces = _sort(X[at], index[kept], at)
+    patch = assemble_patch(X[vertices], faces)
+    return Patches(patch, find_interior(patch, None if mask is None else mask[vertices]), vertices)
 
 
-# Cells to a side of the grid that starts are spread over
-_CELLS = 32
-# The bits of a cell's number along one axis, at the places 0, 3, 6, ...
-_SPREAD = np.array([sum((i >> bit & 1) << 3 * bit for bit in range(5)) for i in range(_CELLS)], dtype=np.int64)
+def find_interior(ops: Operators, mask: Booleans | None = None) -> Booleans:
+    """(n,) vertices away from the boundary and in the mask; each restriction applies only if it leaves enough."""
+    outer = np.zeros(len(ops.positions), dtype=np.bool_)
+    outer[ops.boundary_vertices] = True
+    adjacency = ops.L.graph.adjacency(np.ones(len(ops.L.graph.indices)))
+    for _ in range(_MARGIN):
+        outer |= adjacency @ outer.astype(np.float64) > 0
+    interior = ~outer if (~outer).sum() >= MIN_VERTICES else np.ones_like(outer)
+    if mask is not None and (interior & mask).sum() >= MIN_COUNTED:
+        interior &= mask
+    return interior
+
+
+def neighbors_of(L: Laplacian, vertices: npt.NDArray[np.integer]) -> tuple[npt.NDArray[np.int64], Integers]:
+    """All neighbors of some vertices: the row in ``vertices`` whose neighbor each is, and the neighbor."""
+    first = L.graph.indptr
+    degree = np.diff(first)[vertices]
+    begin = np.cumsum(degree) - degree
+    entries = np.repeat(first[vertices] - begin, degree) + np.arange(degree.sum())
+    return np.repeat(np.arange(len(vertices)), degree), L.graph.indices[entries]
 
 
 def _spread(X: Floats) -> list[int]:
@@ -80,7 +111,7 @@ def _spread(X: Floats) -> list[int]:
     low, high = X.min(axis=0), X.max(axis=0)
     widest = float((high - low).max())
     cell = ((X - low) * ((_CELLS - 1) / widest if widest > 0 else 0.0)).astype(np.intp)
-    code = _SPREAD[cell[:, 0]] + 2 * _SPREAD[cell[:, 1]] + 4 * _SPREAD[cell[:, 2]]
+    code = _INTERLEAVED[cell[:, 0]] + 2 * _INTERLEAVED[cell[:, 1]] + 4 * _INTERLEAVED[cell[:, 2]]
     below = np.cumsum(np.bincount(code))
     starts = []
     for k in range(_COUNT):
@@ -90,20 +121,8 @@ def _spread(X: Floats) -> list[int]:
     return starts
 
 
-def _numbered(X: Floats, F: Integers, at: npt.NDArray[np.int64]) -> Sample:
-    order = np.lexsort(X.T)
-    rank = np.empty(len(X), dtype=np.int32)
-    rank[order] = np.arange(len(X), dtype=np.int32)
-    faces = rank[F]
-    # the orientation stays
-    turn = (np.argmin(faces, axis=1)[:, None] + np.arange(3)) % 3
-    faces = np.take_along_axis(faces, turn, axis=1)
-    return Sample(at[order], np.ascontiguousarray(faces[np.lexsort(faces.T[::-1])]))
-
-
 def _grow(L: Laplacian, start: int) -> Booleans:
     """The vertices nearest to one, by whole rings."""
-    first, neighbors = L.graph.indptr, L.graph.indices
     reached = np.zeros(L.size, dtype=np.bool_)
     ring, count = np.array([start]), 0
     while len(ring):
@@ -111,8 +130,18 @@ def _grow(L: Laplacian, start: int) -> Booleans:
         count += len(ring)
         if count >= _SIZE:
             break
-        degree = first[ring + 1] - first[ring]
-        begin = np.cumsum(degree) - degree
-        beyond = neighbors[np.repeat(first[ring] - begin, degree) + np.arange(degree.sum())]
+        _, beyond = neighbors_of(L, ring)
         ring = np.unique(beyond[~reached[beyond]])
     return reached
+
+
+def _sort(X: Floats, F: Integers, at: npt.NDArray[np.int64]) -> tuple[npt.NDArray[np.int64], Integers]:
+    """Vertices ordered by their coordinates; faces by their new numbers, each from its lowest corner on, sorted."""
+    by_coordinates = np.lexsort(X.T)
+    rank = np.empty(len(X), dtype=np.int32)
+    rank[by_coordinates] = np.arange(len(X), dtype=np.int32)
+    faces = rank[F]
+    # rotated, so that the orientation stays
+    turn = (np.argmin(faces, axis=1)[:, None] + np.arange(3)) % 3
+    faces = np.take_along_axis(faces, turn, axis=1)
+    return at[by_coordinates], np.ascontiguousarray(faces[np.lexsort(faces.T[::-1])])

@@ -15,10 +15,10 @@ from meshlab_specsmooth.comparison.competitors import Competitor
 from meshlab_specsmooth.comparison.experiment import experiment
 from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.geometry.surface import Surface
-from meshlab_specsmooth.parameters import LARGEST_SEED, check_count, check_path, show
+from meshlab_specsmooth.parameters import MAX_SEED, check_count, check_path, show
 from meshlab_specsmooth.report import page
 from meshlab_specsmooth.runtime.bars import begin
-from meshlab_specsmooth.runtime.progress import Progress, part
+from meshlab_specsmooth.runtime.progress import Progress, subrange
 
 # The share of the time that the page takes
 _PAGE = 0.15
@@ -94,7 +94,7 @@ def compare(
     'Take specsmooth automatic; the truth agrees'
     """
     progress = begin(progress, "comparing")
-    seed = check_count("seed", seed, 0, LARGEST_SEED)
+    seed = check_count("seed", seed, 0, MAX_SEED)
     if name is not None and not isinstance(name, str):
         raise InvalidParameter(f"name is {show(name)}; it must be a string")
     if out is not None:
@@ -108,7 +108,7 @@ def compare(
         seed=seed,
         filters=filters,
         name=name or _label(source.given),
-        progress=part(progress, 0.0, 1.0 if out is None else 1.0 - _PAGE),
+        progress=subrange(progress, 0.0, 1.0 if out is None else 1.0 - _PAGE),
     )
     found = with_colors(found, source.given)
     if out is not None:

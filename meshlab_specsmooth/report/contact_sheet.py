@@ -16,8 +16,9 @@ from typing import Any
 
 from meshlab_specsmooth.geometry.surface import Surface
 from meshlab_specsmooth.isolation import processes
-from meshlab_specsmooth.meshlab import files, meshset
+from meshlab_specsmooth.meshlab import mesh_files, meshset
 from meshlab_specsmooth.report import pictures
+from meshlab_specsmooth.runtime import atomic
 
 # a sheet: so many pairs beside and below each other, a picture so many pixels wide and high
 _COLUMNS, _ROWS, _SIZE = 3, 8, 180
@@ -84,7 +85,7 @@ def contact_sheet(path: str | os.PathLike[str], pairs: Sequence[tuple[str, str]]
     try:
         for number, pair in enumerate(pairs):
             _draw_pair(plotter, pyvista, number // columns, 2 * (number % columns), pair)
-        with files.replacing(path) as part:
+        with atomic.atomic_write(path) as part:
             plotter.screenshot(str(part))
     finally:
         plotter.close()
@@ -95,7 +96,7 @@ def _draw_pair(plotter: Any, pyvista: Any, row: int, column: int, pair: tuple[st
     for offset, path in enumerate(pair):
         plotter.subplot(row, column + offset)
         plotter.set_background("white")
-        surface = Surface(*meshset.pull(files.read(path)))
+        surface = Surface(*meshset.get_arrays(mesh_files.read(path)))
         view = view or pictures.front(surface)  # both from the same place
         pictures._draw(plotter, pyvista, pyvista.PolyData.from_regular_faces(surface.vertices, surface.faces), view)
     plotter.add_text(_title(Path(pair[1]).name), position="upper_edge", font_size=6, color="black")

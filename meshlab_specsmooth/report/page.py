@@ -30,11 +30,11 @@ from meshlab_specsmooth.comparison.comparison import (
 )
 from meshlab_specsmooth.errors import FileError, InvalidParameter, MissingExtra
 from meshlab_specsmooth.geometry.surface import Surface
-from meshlab_specsmooth.meshlab import files, projects
-from meshlab_specsmooth.noise.estimate import NONE, UNCLEAR
+from meshlab_specsmooth.meshlab import projects
+from meshlab_specsmooth.noise.model import NONE, UNCLEAR
 from meshlab_specsmooth.report import plots
 from meshlab_specsmooth.report.pictures import HEIGHT_BY_WIDTH, Panel, View, close_up, front, render
-from meshlab_specsmooth.runtime import temporary
+from meshlab_specsmooth.runtime import atomic, temporary
 
 # More vertices than this are not drawn, but some that stand for them
 _DRAWN = 60_000
@@ -94,11 +94,11 @@ def write(found: Comparison, folder: str | os.PathLike[str], recipe: str = "", w
     written = places(folder) if with_page else places(folder)[:-1]
     text = f"{found.headline()}.\n{' '.join(found.reasons())}\n\n{table(found)}\n"
     with _made(folder):
-        files.write_text(written[0], text)
-        files.write_text(written[1], json.dumps(data_of(found), indent=1) + "\n")
+        atomic.write_text(written[0], text)
+        atomic.write_text(written[1], json.dumps(data_of(found), indent=1) + "\n")
         projects.write(written[2], _layers(found))
         if with_page:
-            files.write_text(written[3], page(found, recipe))
+            atomic.write_text(written[3], page(found, recipe))
     return written
 
 
@@ -145,7 +145,7 @@ def _made(folder: str | os.PathLike[str], is_kept: bool = True) -> Iterator[None
             place.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise FileError(f"{place}: cannot be made: {error.strerror}") from error
-        files.check_place(place / "comparison.html")
+        atomic.check_place(place / "comparison.html")
         yield
         is_done = True
     finally:

@@ -14,7 +14,7 @@ import numpy as np
 from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.errors import MissingExtra
 from meshlab_specsmooth.geometry.surface import Surface
-from meshlab_specsmooth.meshlab import files
+from meshlab_specsmooth.runtime import atomic
 
 _COLOUR = "#d8c9a8"
 _WIDTH, _TITLE, _MARGIN = 360, 46, 6  # pixels of a panel
@@ -73,7 +73,7 @@ def picture(path: str | os.PathLike[str], panels: Sequence[Panel], views: Sequen
     FileError
         The file cannot be written.
     """
-    with files.replacing(path) as part:
+    with atomic.atomic_write(path) as part:
         render(part, panels, views)
 
 

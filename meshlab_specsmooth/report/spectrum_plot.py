@@ -7,9 +7,9 @@ import os
 import numpy as np
 
 from meshlab_specsmooth.errors import MissingExtra
-from meshlab_specsmooth.meshlab import files
-from meshlab_specsmooth.operators.reconstruction import transferred
+from meshlab_specsmooth.operators.reconstruction import transfer_function
 from meshlab_specsmooth.power_spectrum import Spectrum
+from meshlab_specsmooth.runtime import atomic
 from meshlab_specsmooth.spectral.response import Response
 
 _SIZE = (10.0, 7.5)  # inches
@@ -68,7 +68,7 @@ def spectrum_plot(
     powers.legend(fontsize=8, loc="lower right")
     fine = np.geomspace(x.min(), 2, 500)
     gains.semilogx(fine, response(fine), "C2", label=f"h, the low-pass of differential coordinates: {response.label}")
-    whole = transferred(fine, response(fine), weight)
+    whole = transfer_function(fine, response(fine), weight)
     gains.semilogx(fine, whole, "C3", label=f"H, the whole filter with barycenter weight {weight:.3g} (regular mesh)")
     gains.set(xlabel="eigenvalue of the Laplacian (squared frequency)", ylabel="share kept", ylim=(-0.05, 1.1))
     gains.legend(fontsize=8, loc="lower left")
@@ -86,5 +86,5 @@ def spectrum_plot(
         ),
     )
     top.set_xlabel("wavelength (mesh units)")
-    with files.replacing(path) as part:
+    with atomic.atomic_write(path) as part:
         figure.savefig(part, format="png")

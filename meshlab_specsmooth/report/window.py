@@ -6,15 +6,19 @@ import os
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
 from meshlab_specsmooth.arrays import Floats
-from meshlab_specsmooth.choices import Response
 from meshlab_specsmooth.errors import MissingExtra, NoDisplay
-from meshlab_specsmooth.meshlab import files
-from meshlab_specsmooth.smoothing.api import Prepared, SmoothingResult
+from meshlab_specsmooth.operators.assemble import Operators
+from meshlab_specsmooth.runtime import atomic
+from meshlab_specsmooth.runtime.workspace import Workspace
+from meshlab_specsmooth.smoothing.filter import smooth_by_setting
+from meshlab_specsmooth.smoothing.result import SmoothingResult
+from meshlab_specsmooth.smoothing.settings import Region, Smoothing
+from meshlab_specsmooth.spectral.low_pass import LOW_PASSES
 from meshlab_specsmooth.spectral.response import RESPONSES
 
 # Ranges of the sliders: waves in mean edges, and weights, both logarithmic; gains
@@ -49,22 +53,22 @@ Action = Callable[[Setting, SmoothingResult], str]
 
 
 def smoothed(
-    prepared: Prepared, setting: Setting, features: Floats | None = None, start: SmoothingResult | None = None
+    ops: Operators,
+    setting: Setting,
+    features: Floats | None = None,
+    start: SmoothingResult | None = None,
+    workspace: Workspace | None = None,
 ) -> SmoothingResult:
     """The surface at a setting; from the result before, as neighboring settings have neighboring results."""
-    edge = float(np.ldexp(prepared.mean_edge, prepared.exponent))
-    return prepared.smooth(
-        wavelength=setting.wave * edge,
-        barycenter_weight=setting.weight,
-        response=cast(Response, setting.response),  # one of RESPONSES
-        features=features,
-        feature_gain=setting.gain,
-        start=start,
-    )
+    edge = float(np.ldexp(ops.mean_edge, ops.exponent))
+    low_pass = LOW_PASSES[setting.response](wavelength=setting.wave * edge)
+    given = Smoothing(low_pass=low_pass, barycenter_weight=setting.weight)
+    region = Region(features=features, feature_gain=setting.gain)
+    return smooth_by_setting(ops, given, region, start=start, workspace=workspace)
 
 
 def tune(
-    prepared: Prepared,
+    ops: Operators,
     setting: Setting,
     actions: Mapping[str, Action],
     *,
@@ -95,12 +99,12 @@ def tune(
     polyscope.set_ground_plane_mode("none")
     polyscope.init()
     try:
-        frame = _frame(polyscope, prepared, setting, actions, features)
+        frame = _frame(polyscope, ops, setting, actions, features)
         polyscope.set_user_callback(frame)
         if screenshot is None:
             polyscope.show()
         else:
-            with files.replacing(screenshot) as part:
+            with atomic.atomic_write(screenshot) as part:
                 polyscope.screenshot(str(part), transparent_bg=False, include_UI=True)
     finally:
         polyscope.clear_user_callback()
@@ -108,11 +112,12 @@ def tune(
 
 
 def _frame(
-    polyscope: Any, prepared: Prepared, setting: Setting, actions: Mapping[str, Action], features: Floats | None
+    polyscope: Any, ops: Operators, setting: Setting, actions: Mapping[str, Action], features: Floats | None
 ) -> Callable[[], None]:
     """What is done for each picture: the sliders are drawn, and the surface where they stand."""
-    result = smoothed(prepared, setting, features)
-    mesh = polyscope.register_surface_mesh(_NAME, result.vertices, prepared.surface.faces, color=_COLOUR)
+    workspace = Workspace()
+    result = smoothed(ops, setting, features, workspace=workspace)
+    mesh = polyscope.register_surface_mesh(_NAME, result.vertices, ops.surface.faces, color=_COLOUR)
     mesh.set_smooth_shade(False)
     noisy = False
     said = ""
@@ -122,10 +127,10 @@ def _frame(
         wanted = sliders(polyscope.imgui, setting, with_gain=features is not None)
         has_moved = wanted != setting
         if has_moved:
-            setting, result = wanted, smoothed(prepared, wanted, features, result)
+            setting, result = wanted, smoothed(ops, wanted, features, result, workspace)
         has_switched, noisy = polyscope.imgui.Checkbox("as given", noisy)
         if has_moved or has_switched:
-            mesh.update_vertex_positions(prepared.surface.vertices if noisy else result.vertices)
+            mesh.update_vertex_positions(ops.surface.vertices if noisy else result.vertices)
         polyscope.imgui.TextUnformatted(told(result))
         for label, action in actions.items():
             if polyscope.imgui.Button(label):

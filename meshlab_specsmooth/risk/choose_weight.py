@@ -1,233 +1,227 @@
-"""The setting of least estimated error: how firmly the barycenters are to be held, without the truth to compare with.
+"""The barycenter weight of least estimated error, without the truth to compare with.
 
-Stein's unbiased risk estimate (1981) along the normals n of a smoothed guide: for noise z along them and a linear
-filter H,
-
-    risk = mean (n . (H V - V))^2 - mean z^2 + 2 mean z . H z,
-
-where z are seeded draws of noise of the kind that was measured, so that the last term, the trace of H times the noise's
-covariance, costs one run of the filter a setting (Girard 1989; Ramani, Blu, Unser 2008). It holds for colored noise
-and for noise of any distribution.
+The filter is linear, so what it makes of the noise is computed once for each weight (see :mod:`.sure`).
 """
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from meshlab_specsmooth.arrays import Booleans, Floats, Integers
-from meshlab_specsmooth.graph.laplacian import Laplacian
+from meshlab_specsmooth.arrays import Booleans, Floats
 from meshlab_specsmooth.noise.estimate import (
-    IMPULSE,
-    LEAST_WEIGHT,
-    MOST_WEIGHT,
-    OFF,
-    Measured,
-    Noise,
-    Sheet,
-    measure,
-    normals,
-    realization,
-    rebuilt,
-    sheet,
-    weight_for,
+    GUIDE_RTOL,
+    MAX_WEIGHT,
+    MIN_WEIGHT,
+    NoiseEstimate,
+    estimate,
+    initial_weight,
 )
-from meshlab_specsmooth.operators.laplacians import Gram
-from meshlab_specsmooth.operators.patches import draw_sample
-from meshlab_specsmooth.operators.reconstruction import passed_on
-from meshlab_specsmooth.runtime.progress import Progress, announce, part
+from meshlab_specsmooth.noise.model import IMPULSE, Noise
+from meshlab_specsmooth.noise.sample import sample
+from meshlab_specsmooth.operators.assemble import Operators, at_positions
+from meshlab_specsmooth.operators.patches import draw_patches, find_interior
+from meshlab_specsmooth.operators.reconstruction import error_gain, reconstruct
+from meshlab_specsmooth.risk.impulses import clip_impulses
+from meshlab_specsmooth.risk.sure import compute_risk
+from meshlab_specsmooth.runtime.progress import Progress, announce, subrange
 from meshlab_specsmooth.spectral.design import design
+from meshlab_specsmooth.spectral.response import Family, Response
 
 CRITERIA = ("position", "normals")
 
-# Normals ask for more smoothing than positions do; as if the noise were this many times as high (measured)
-_NORMALS = 1.4
+#: Normals need stronger smoothing than positions, as if the noise were this many times as high (measured): the error
+#: of positions does not show the short waves that normals depend on.
+LEVEL_FACTORS = {"position": 1.0, "normals": 1.4}
 
-# Weights are looked at in steps of this factor from the first guess, downhill, until the error rises; a parabola
-# through the last three has the least
-_FACTOR, _STEPS = 2.0, 7
+_SEED = 20251
 
-# Of the time of a choice, the share that the measuring takes, and what each weight leaves of the rest
-_MEASURING, _LEFT = 0.25, 0.75
+# Weights are evaluated in steps of this factor from the first guess, downhill, until the error rises; the minimum is
+# that of the parabola through the last three.
+_STEP, _MAX_STEPS = 2.0, 7
 
-# The low-pass is computed for weights down to the first guess over this, and to this share of the displacement
-_FINEST, _TOLERANCE = 4.0, 2.5e-3
+# Fraction of the time of a choice that the noise takes, and what each weight leaves of the rest.
+_MEASURING, _REMAINING = 0.25, 0.75
 
-# The error is flat about its least, and that of normals still falls with the weight: of all weights whose error is
-# within this share of the least, the lowest is taken
-_ALIKE = 0.02
+# The low-pass is computed for weights down to the first guess over this factor, and to this fraction of the
+# displacement.
+_WEIGHT_RANGE, _TOLERANCE = 4.0, 2.5e-3
 
-# Below this share of an edge there is nothing to choose for
-_NOTHING = 0.002
+# The error is flat about its minimum, and that of normals still falls with the weight: of all weights whose error is
+# within this fraction of the least, the lowest is taken.
+_RISK_TOLERANCE = 0.02
 
-# Smoothing shifts vertices along the surface, too, which mends the triangles that noise has disturbed. Where noise is
-# below the first level, in edges, it has not disturbed any and the shift is left out; above the second all is kept.
-_STILL, _SHIFTING = 0.03, 0.1
+# Below this fraction of an edge there is nothing to choose for.
+_MIN_LEVEL = 0.002
 
-# The least squares take a time that grows as one over the weight. Up to so many vertices it is taken as low as the
-# estimate has it; beyond, not below the first guess, which leaves a fifth to a third of the noise, in a second or two.
-_LARGE = 100_000
+# The time of the least squares grows as one over the weight. Beyond this many vertices the weight is not chosen below
+# the first guess, which leaves a fifth to a third of the noise, in a second or two.
+LARGE = 100_000
 
-# The robust pass: vertices are drawn to within the median distance of the surface that is smoothed from them, again
-# and again; impulses lie far beyond the median. The weight is what keeps edges while the iterations spread.
-_ROBUST_ITERATIONS = 15
-_ROBUST_WEIGHT = 0.7
+
+@dataclass(frozen=True)
+class CandidateLowPass:
+    """A low-pass to choose from: a ready response, or a family and its shortest wave in mean edges."""
+
+    response: Response | Family
+    shortest: float | None = None
+
+    def remover(self, ops: Operators, weight: float) -> Callable[[Floats], Floats]:
+        """The operator (h(L) - 1) L, to the accuracy that a reconstruction with ``weight`` or more needs."""
+        if self.shortest is not None and self.shortest > 2 * np.sqrt(ops.L.size):
+            return lambda X: -(ops.L @ X)  # no wave fits on the mesh: only constants are kept
+        filter_ = design(
+            ops.L,
+            self.response,
+            wavelength=self.shortest,
+            method="chebyshev",
+            tolerance=_TOLERANCE,
+            error_gain=lambda eigenvalues: error_gain(eigenvalues, weight),
+        ).filter
+
+        def remove(X: Floats) -> Floats:
+            delta = ops.L @ X
+            return np.asarray(filter_.apply(ops.L, delta) - delta)
+
+        return remove
+
+
+@dataclass(frozen=True)
+class ConsideredWeight:
+    """A weight, the index of its low-pass among the candidates, and the estimated mean square error of both."""
+
+    weight: float
+    low_pass: int
+    risk: float
 
 
 @dataclass(frozen=True, eq=False)
-class Choice:
-    """A setting, and why.
+class WeightChoice:
+    """A weight and the evidence for it.
 
     Attributes
     ----------
     weight : float
         w of the least estimated error.
     risk : float
-        Estimated mean square error along the normals at that weight, in squared units of the positions; it may turn out
-        below zero where there is hardly an error.
+        Estimated mean square error along the normals at that weight, in squared units of the positions; it may be
+        negative where the error is small.
     noise : Noise
         In the units of the positions.
-    response : str
-        Name of the response, of those that there were to choose from.
+    low_pass : int
+        Index among the candidates.
+    considered : tuple of ConsideredWeight
+        All weights that were evaluated.
     """
 
     weight: float
     risk: float
     noise: Noise
-    response: str
+    low_pass: int = 0
+    considered: tuple[ConsideredWeight, ...] = field(default=())
 
     @property
     def error(self) -> float:
-        """Its root, in the units of the positions."""
+        """The root of the risk, in the units of the positions; 0 where it is negative."""
         return float(np.sqrt(max(self.risk, 0.0)))
 
 
-@dataclass(frozen=True)
-class LowPass:
-    """Step 2: the shape of the response, and the shortest wave that it keeps, in mean edges."""
-
-    name: str
-    shortest: float
-
-    def removing(self, on: Sheet, weight: float) -> Callable[[Floats], Floats]:
-        """(h(L) - 1) L X of X, as well as a reconstruction with a weight of ``weight`` or more sees it."""
-        if self.shortest > 2 * np.sqrt(on.L.size):  # no wave fits on the mesh: only constants are kept
-            return lambda X: -(on.L @ X)
-        filter_ = design(
-            on.L,
-            self.shortest,
-            by="wavelength",
-            name=self.name,
-            method="chebyshev",
-            tolerance=_TOLERANCE,
-            passed_on=lambda eigenvalues: passed_on(eigenvalues, weight),
-        ).filter
-
-        def removed(X: Floats) -> Floats:
-            delta = on.L @ X
-            return np.asarray(filter_.apply(on.L, delta) - delta)
-
-        return removed
-
-
-def choose(
-    positions: Floats,
-    faces: Integers,
-    L: Laplacian,
+def choose_weight(
+    ops: Operators,
     criterion: str,
-    responses: Sequence[str],
-    shortest: float,
-    counted: Booleans | None = None,
+    candidates: Sequence[CandidateLowPass],
+    mask: Booleans | None = None,
     progress: Progress | None = None,
-) -> Choice:
-    """The barycenter weight, and the response, of least estimated error.
+) -> WeightChoice:
+    """Choose the barycenter weight, and the low-pass, of least estimated error.
 
     Parameters
     ----------
-    positions : (k, 3) float64
-    faces : (m, 3) int32
-    L : Laplacian
-        Of the mesh; its graph is walked for patches.
+    ops : Operators
     criterion : {"position", "normals"}
-        Whose error is to be small.
-    responses : sequence of str
-        To choose from; of a large mesh the first is taken.
-    shortest : float
-        The shortest wave that the low-pass keeps, in mean edges.
-    counted : (k,) bool, optional
-        Vertices that have a say, where these are enough; all by default.
+        Whose error is minimized.
+    candidates : sequence of CandidateLowPass
+        On a large mesh only the first is considered.
+    mask : (k,) bool, optional
+        Vertices that count, where these are enough; all by default.
     progress : callable, optional
-        Called with the fraction done; how many weights will be looked at is not known before.
+        Called with the fraction done; the number of weights is not known beforehand.
     """
     announce(progress, "measuring noise")
-    on = part_of(positions, faces, L, counted)
-    measured = measure(on)
+    patches = draw_patches(ops, mask)
+    on, counted = patches.ops, patches.counted
+    found = estimate(on, counted)
     if progress is not None:
         progress(_MEASURING)
     announce(progress, "choosing")
-    is_large = len(positions) > _LARGE
-    noise = measured.noise
+    is_large = len(ops.positions) > LARGE
+    noise = found.noise
     if noise.is_left_alone:
-        return Choice(MOST_WEIGHT, max(noise.level, noise.resolution) ** 2, noise, responses[0])
+        return WeightChoice(MAX_WEIGHT, max(noise.level, noise.resolution) ** 2, noise)
     if noise.kind == IMPULSE:
-        on = sheet(robust(on.positions, on.faces, on.L, on.gram), on.faces)
-        measured = measure(on)
-    low_passes = [LowPass(name, shortest) for name in (responses[:1] if is_large else responses)]
-    share = (1 - _MEASURING) / len(low_passes)
-    choices = [
-        choose_on(on, measured, criterion, low_pass, is_large, part(progress, _MEASURING + i * share, share))
-        for i, low_pass in enumerate(low_passes)
-    ]
-    return replace(min(choices, key=lambda choice: choice.risk), noise=noise)
+        on = at_positions(on, clip_impulses(on))
+        counted = find_interior(on)
+        found = estimate(on, counted)
+    if is_large:
+        candidates = candidates[:1]
+    share = (1 - _MEASURING) / len(candidates)
+    considered, minima = [], []
+    for i, candidate in enumerate(candidates):
+        report = subrange(progress, _MEASURING + i * share, share)
+        weight, risk, curve = search_weight(on, counted, found, criterion, candidate, is_large, report)
+        minima.append(ConsideredWeight(weight, i, risk))
+        considered += [ConsideredWeight(w, i, r) for w, r in curve]
+    best = min(minima, key=lambda each: each.risk)
+    return WeightChoice(best.weight, best.risk, noise, best.low_pass, tuple(considered))
 
 
-def choose_on(
-    on: Sheet,
-    measured: Measured,
+def search_weight(
+    ops: Operators,
+    counted: Booleans,
+    found: NoiseEstimate,
     criterion: str,
-    low_pass: LowPass,
+    candidate: CandidateLowPass,
     is_large: bool = False,
     progress: Progress | None = None,
-) -> Choice:
-    """The same for a sheet whose noise is known, which stands for a large mesh or not."""
-    found, n = measured.noise, measured.normals
-    if found.level <= _NOTHING * on.mean_edge:
-        return Choice(weight_for(0.0), found.level**2, found, low_pass.name)
-    z = realization(on, n, found) * (_NORMALS if criterion == "normals" else 1.0)
-    inner = on.inner
-    energy = float((z[inner] ** 2).mean())
-
-    guess = weight_for(found.level / on.mean_edge)
-    lowest = max(guess / _FINEST, LEAST_WEIGHT)
-    least_weight = max(guess / (_NORMALS if criterion == "normals" else 1.0), lowest) if is_large else LEAST_WEIGHT
-    removed = low_pass.removing(on, lowest)
-    of_shape, of_noise = removed(on.positions), removed(z)
-    looked_at = itertools.count(1)
+) -> tuple[float, float, list[tuple[float, float]]]:
+    """Weight and risk at the minimum for one low-pass, and all that were evaluated; ``is_large``: of the whole mesh."""
+    noise, n = found.noise, found.normals
+    if noise.level <= _MIN_LEVEL * ops.mean_edge:
+        return initial_weight(0.0), noise.level**2, []
+    factor = LEVEL_FACTORS[criterion]
+    z = sample(ops.L, n, noise, _SEED) * factor
+    guess = initial_weight(noise.level / ops.mean_edge)
+    lowest = max(guess / _WEIGHT_RANGE, MIN_WEIGHT)
+    min_weight = max(guess / factor, lowest) if is_large else MIN_WEIGHT
+    remove = candidate.remover(ops, lowest)
+    from_shape, from_noise = remove(ops.positions), remove(z)
+    curve: list[tuple[float, float]] = []
 
     def risk(log_weight: float) -> float:
         weight = float(np.exp(log_weight))
-        shape = rebuilt(on.L, on.gram, on.positions, weight, of_shape, OFF)
-        noise = rebuilt(on.L, on.gram, z, weight, of_noise, OFF)
-        moved = ((shape - on.positions) * n).sum(axis=1)[inner]
+        shape = reconstruct(ops.L, ops.gram, ops.positions, weight, from_shape, GUIDE_RTOL)
+        filtered = reconstruct(ops.L, ops.gram, z, weight, from_noise, GUIDE_RTOL)
+        moved = ((shape - ops.positions) * n).sum(axis=1)[counted]
+        value, _ = compute_risk(moved, z[counted], filtered[counted])
+        curve.append((weight, value))
         if progress is not None:
-            progress(1 - _LEFT ** next(looked_at))
-        return float((moved**2).mean()) - energy + 2 * float((z * noise)[inner].mean())
+            progress(1 - _REMAINING ** len(curve))
+        return value
 
-    log_weight, least = _least(risk, float(np.log(guess)), _ALIKE if criterion == "position" else 0.0, least_weight)
-    weight = float(np.clip(np.exp(log_weight), least_weight, MOST_WEIGHT))
-    return Choice(weight, least, found, low_pass.name)
+    tolerance = _RISK_TOLERANCE if criterion == "position" else 0.0
+    log_weight, least = _minimize(risk, float(np.log(guess)), tolerance, min_weight)
+    return float(np.clip(np.exp(log_weight), min_weight, MAX_WEIGHT)), least, curve
 
 
-def _least(risk: Callable[[float], float], start: float, alike: float, lowest: float) -> tuple[float, float]:
-    """The lowest argument whose root is within a share of the least, and the least, near ``start``."""
-    step = float(np.log(_FACTOR))
+def _minimize(risk: Callable[[float], float], start: float, tolerance: float, lowest: float) -> tuple[float, float]:
+    """The minimum of the risk near ``start``, and the lowest argument whose root is within ``tolerance`` of it."""
+    step = float(np.log(_STEP))
     x = [start - step, start, start + step]
     y = [risk(at) for at in x]
-    for _ in range(_STEPS):
-        if y[1] <= min(y) or not np.log(lowest) < x[0] < x[2] < np.log(MOST_WEIGHT):
+    for _ in range(_MAX_STEPS):
+        if y[1] <= min(y) or not np.log(lowest) < x[0] < x[2] < np.log(MAX_WEIGHT):
             break
         if y[0] < y[2]:
             x = [x[0] - step, *x[:2]]
@@ -240,58 +234,5 @@ def _least(risk: Callable[[float], float], start: float, alike: float, lowest: f
         at = int(np.argmin(y))
         return x[at], y[at]
     least = y[1] - slope**2 / (4 * curvature)
-    lower = np.sqrt(((1 + alike) ** 2 - 1) * max(least, 0.0) / curvature)
+    lower = np.sqrt(((1 + tolerance) ** 2 - 1) * max(least, 0.0) / curvature)
     return x[1] + step * float(-slope / (2 * curvature) - min(lower, 0.5)), least
-
-
-def robust(X: Floats, F: Integers, L: Laplacian, gram: Gram) -> Floats:
-    """(k, 3) positions with impulses drawn in: Huber's estimate of the surface by half-quadratic steps.
-
-    Each step smooths, and replaces what lies farther from the smooth surface than the median does, along the normals,
-    by a point at that distance.
-    """
-    Y, drawn = rebuilt(L, gram, X, _ROBUST_WEIGHT), X
-    for _ in range(_ROBUST_ITERATIONS):
-        n = normals(Y, F)
-        off = ((X - Y) * n).sum(axis=1)
-        near = np.median(np.abs(off))
-        drawn = Y + n * np.clip(off, -near, near)[:, None]
-        Y = rebuilt(L, gram, drawn, _ROBUST_WEIGHT)
-    return drawn
-
-
-def across_the_rim(X: Floats, F: Integers, L: Laplacian, gram: Gram, rim: Integers, weight: float) -> Floats:
-    """(k, 3) positions whose rim has moved as smoothing moves it, but across the surface only: it does not creep."""
-    Y = rebuilt(L, gram, X, weight)
-    n = normals(Y, F)[rim]
-    moved = X.copy()
-    moved[rim] += n * ((Y - X)[rim] * n).sum(axis=1)[:, None]
-    return moved
-
-
-def without_drift(displacement: Floats, X: Floats, F: Integers, noise: Noise) -> Floats:
-    """The displacement of X, less what is along the surface where the noise is too low to ask for that."""
-    n = normals(X + displacement, F)
-    across = n * (displacement * n).sum(axis=1)[:, None]
-    return np.asarray(across + drifting(noise) * (displacement - across))
-
-
-def drifts(noise: Noise) -> bool:
-    """Whether :func:`without_drift` takes anything away."""
-    return drifting(noise) < 1.0
-
-
-def drifting(noise: Noise) -> float:
-    """The share of what is along the surface that the noise asks for."""
-    level = noise.level / noise.mean_edge if noise.mean_edge else 0.0
-    return float(np.clip((level - _STILL) / (_SHIFTING - _STILL), 0.0, 1.0))
-
-
-def part_of(positions: Floats, faces: Integers, L: Laplacian, counted: Booleans | None = None) -> Sheet:
-    """The mesh, or connected patches that stand for it where it is large; the same for any order of its vertices.
-
-    What is not ``counted``, (k,) bool, has no say where enough is left.
-    """
-    sample = draw_sample(positions, faces, L, counted)
-    at = sample.vertices
-    return sheet(positions[at], sample.faces, None if counted is None else counted[at])

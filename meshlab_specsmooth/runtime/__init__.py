@@ -1,1 +1,1 @@
-"""What every package needs while it runs: threads, memory, progress, interrupts."""
+"""Services that every package uses at run time: threads, memory, progress, interrupts, temporary folders."""

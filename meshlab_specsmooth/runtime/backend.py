@@ -1,7 +1,7 @@
-"""What is there of the extra ``fast``: numba for compiled sweeps, threadpoolctl to limit the threads of BLAS.
+"""Availability of the extra ``fast``: numba for compiled kernels, threadpoolctl to limit the threads of BLAS.
 
-Every other module asks here, each time anew. Errors inside of compiled modules are errors; only numba itself may be
-absent, or fail to be loaded, and then scipy does the work.
+Other modules ask here. Only numba itself may be missing or fail to load, and then scipy is used; errors inside of
+compiled modules are raised.
 """
 
 from __future__ import annotations
@@ -16,17 +16,17 @@ import warnings
 
 from meshlab_specsmooth.errors import Slow
 
-#: From so many vertices on it matters whether sweeps are compiled: below, a call takes less than some five seconds.
+#: Above this many vertices missing numba is warned of: below, a call takes less than some five seconds.
 LARGE = 20_000
 
-#: Whether numba can keep on disk what it compiled: it needs a source file, or a frozen program, and archives have none.
-IS_KEPT = bool(getattr(sys, "frozen", False)) or os.path.exists((__spec__.origin if __spec__ else None) or "")  # noqa: PTH110
+#: Whether numba can cache compiled code on disk: it needs a source file or a frozen program; zip archives have neither.
+CAN_CACHE = bool(getattr(sys, "frozen", False)) or os.path.exists((__spec__.origin if __spec__ else None) or "")  # noqa: PTH110
 
-_said = threading.Event()
+_has_warned = threading.Event()
 
 
 def is_compiled(vertices: int = 0) -> bool:
-    """Whether sweeps are compiled; if not, and for more than :data:`LARGE` vertices, a warning says so, once a process.
+    """Whether kernels are compiled; if not, warn once per process for meshes of more than :data:`LARGE` vertices.
 
     Warns
     -----
@@ -35,8 +35,8 @@ def is_compiled(vertices: int = 0) -> bool:
     problem = _problem()
     if problem is None:
         return True
-    if vertices > LARGE and not _said.is_set():
-        _said.set()
+    if vertices > LARGE and not _has_warned.is_set():
+        _has_warned.set()
         warnings.warn(f"{problem}; without numba this takes two to five times as long", Slow, _depth())
     return False
 
@@ -47,7 +47,7 @@ def has_threadpoolctl() -> bool:
 
 
 def _problem() -> str | None:
-    """Why numba cannot be used, and the remedy."""
+    """Why numba cannot be used, and the remedy; None if it can."""
     if importlib.util.find_spec("numba") is None:
         return "numba is not installed (pip install numba threadpoolctl)"
     return _failure()
@@ -55,7 +55,7 @@ def _problem() -> str | None:
 
 @functools.cache
 def _failure() -> str | None:
-    """Why numba, which is installed, cannot be loaded: as a rule numpy is too new for it."""
+    """Why numba is installed but cannot be loaded, usually because numpy is too new for it; None if it can."""
     try:
         importlib.import_module("numba")
     except (ImportError, OSError) as error:  # llvmlite raises the latter
@@ -64,7 +64,7 @@ def _failure() -> str | None:
 
 
 def _depth() -> int:
-    """Which frame above the caller belongs to whoever called this package."""
+    """Number of frames from the caller up to the code that called this package."""
     package = __name__.partition(".")[0]
     frame, depth, outermost = sys._getframe(1), 1, 1
     while frame.f_back is not None:

@@ -1,4 +1,4 @@
-"""Progress bars (extra ``progress``): in notebooks by themselves, on terminals by the command line."""
+"""Progress bars (extra ``progress``): shown automatically in notebooks, and by the command line on terminals."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ from typing import Any
 
 from meshlab_specsmooth.parameters import check_flag, check_progress
 
-# what is done, how far, since when, and for how long
+# stage, fraction done, time elapsed and remaining
 _SHAPE = "{desc} |{bar}| {percentage:3.0f}% {elapsed}<{remaining}"
 
-# None: in notebooks alone
+# None: in notebooks only
 _is_shown: bool | None = None
 
 
 def show_progress(shown: bool | None) -> None:
-    """Show a bar at calls that are given no ``progress``, or none.
+    """Set whether calls without ``progress`` show a bar.
 
     Parameters
     ----------
     shown : bool or None
-        True everywhere, False nowhere; None, as at the start, in notebooks where the extra ``progress`` is installed.
+        True everywhere, False nowhere; None (the default) in notebooks where the extra ``progress`` is installed.
 
     Raises
     ------
@@ -40,9 +40,9 @@ def show_progress(shown: bool | None) -> None:
 
 
 def begin(progress: Callable[[float], None] | None, stage: str) -> Callable[[float], None] | None:
-    """The callback that a caller gave, checked, or a bar where one is to be shown; else None.
+    """The callback that the caller gave, checked; else a bar if one is to be shown, or None.
 
-    The bar goes when the fraction is 1, or when nothing refers to it any more.
+    The bar disappears when the fraction is 1, or when it is garbage-collected.
     """
     if progress is not None or _is_shown is False or not (_is_shown or _is_notebook()):
         return check_progress(progress)
@@ -54,23 +54,23 @@ def begin(progress: Callable[[float], None] | None, stage: str) -> Callable[[flo
 
 
 class Bar:
-    """A bar as a callback for the fraction done; its method ``stage`` says what begins."""
+    """A bar as a callback for the fraction done; its method ``stage`` shows the name of the current stage."""
 
     def __init__(self, tqdm: Any, stage: str) -> None:
         self._display = tqdm(desc=stage, total=1.0, bar_format=_SHAPE, leave=False, file=sys.stderr)
 
     def __call__(self, fraction: float) -> None:
-        """Show the fraction done; the bar goes at the end."""
+        """Show the fraction done; closes the bar at 1."""
         self._display.update(fraction - self._display.n)
         if fraction >= 1:
             self.close()
 
     def stage(self, name: str) -> None:
-        """Show what begins."""
+        """Show the name of the stage that begins."""
         self._display.set_description_str(name)
 
     def close(self) -> None:
-        """Take the bar away."""
+        """Remove the bar."""
         self._display.close()
 
 
@@ -83,14 +83,14 @@ def terminal_bar(stage: str) -> Bar:
 
 @contextlib.contextmanager
 def above_bars(stream: Any) -> Iterator[None]:
-    """Clear bars while something is printed, if there are any."""
+    """Clear any bars while something is printed."""
     tqdm = sys.modules.get("tqdm")
     with contextlib.nullcontext() if tqdm is None else tqdm.tqdm.external_write_mode(file=stream):
         yield
 
 
 def _is_notebook() -> bool:
-    """Whether this is the kernel of a notebook."""
+    """Whether this process is the kernel of a notebook."""
     ipython = sys.modules.get("IPython")
     shell = None if ipython is None else ipython.get_ipython()
     return shell is not None and "IPKernelApp" in shell.config

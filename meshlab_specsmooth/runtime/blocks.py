@@ -1,4 +1,4 @@
-"""Work on blocks of rows, in threads: the products and sums inside release Python's lock."""
+"""Parallel work on blocks of rows, in threads: numpy, scipy and compiled kernels release the interpreter lock."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ import functools
 import itertools
 import os
 import threading
-from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, TypeVar
@@ -17,25 +16,22 @@ import numpy as np
 from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.runtime import backend
 
-# Sums are taken over blocks of so many rows, and these added in order: the bits do not depend on how many threads there
-# are. A block's rows stay in the second-level cache from one operation on them to the next.
+# Rows in a block. Sums are taken over blocks and added in order, so that the bits do not depend on the number of
+# threads. The rows of a block stay in the second-level cache from one operation on them to the next.
 ROWS = 2**13
 
-# Handing work to a thread takes as long as some ten thousand rows of a sweep, which are three numbers wide.
+# Fewest numbers that are split between threads: handing work over takes as long as some ten thousand rows of three
 _WORTH_A_THREAD = 3 * 2**16
 
-# So many rows of three are reduced side by side
-_ABREAST = 64
+# Rows of three that are reduced side by side
+_ROWS_ABREAST = 64
 
 Work = Callable[[int, int], object]
 Item = TypeVar("Item")
 
-#: Memory of the last call for the next: a list of arrays, or none while a call has it.
-Spare = deque[list[Floats]]
-
 
 def threads() -> int:
-    """Processors that this process may use."""
+    """Number of processors that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
@@ -44,34 +40,30 @@ def _pool() -> ThreadPoolExecutor:
     return ThreadPoolExecutor(threads(), thread_name_prefix="specsmooth")
 
 
-if hasattr(os, "register_at_fork"):  # a child has none of its parent's threads
+if hasattr(os, "register_at_fork"):  # threads do not survive a fork
     os.register_at_fork(after_in_child=_pool.cache_clear)
 
 
 def count(n: int) -> int:
-    """Number of blocks of n rows."""
+    """Number of blocks in n rows."""
     return -(-n // ROWS)
 
 
-def in_threads(work: Work, n: int, width: int = 3) -> None:
-    """Call ``work(first, last)`` for ranges of blocks that cover n rows, ``width`` wide, one range a thread."""
+def parallel_for(work: Work, n: int, width: int = 3) -> None:
+    """Call ``work(first, last)`` for ranges of blocks that cover n rows of ``width`` numbers, one range per thread."""
     blocks = count(n)
     parts = min(threads(), blocks) if n * width >= _WORTH_A_THREAD else 1
     bounds = [blocks * i // parts for i in range(parts + 1)]
-    each(lambda of: work(*of), itertools.pairwise(bounds))
+    map_threads(lambda part: work(*part), itertools.pairwise(bounds))
 
 
-def in_slices(work: Callable[[slice], object], n: int) -> None:
-    """The same, by slices of the rows."""
-
-    def of_rows(first: int, last: int) -> None:
-        work(slice(first * ROWS, min(last * ROWS, n)))
-
-    in_threads(of_rows, n)
+def parallel_rows(work: Callable[[slice], object], n: int) -> None:
+    """Call ``work(rows)`` for slices that cover n rows, one slice per thread."""
+    parallel_for(lambda first, last: work(slice(first * ROWS, min(last * ROWS, n))), n)
 
 
-def each(work: Callable[[Item], object], items: Iterable[Item]) -> None:
-    """Call ``work(item)`` for each, in threads."""
+def map_threads(work: Callable[[Item], object], items: Iterable[Item]) -> None:
+    """Call ``work(item)`` for each item, in threads; an exception in any of them is raised."""
     first, *others = items
     waiting = [_pool().submit(work, item) for item in others]
     work(first)
@@ -80,59 +72,34 @@ def each(work: Callable[[Item], object], items: Iterable[Item]) -> None:
 
 
 def multiply(X: Floats, by: Floats, out: Floats) -> Floats:
-    """``out`` becomes X ``by``, for X and ``out`` of shape (n, 3) and ``by`` of shape (n, 1)."""
-    in_slices(lambda at: np.multiply(X[at], by[at], out=out[at]), len(X))
+    """Write X times ``by`` to ``out``, for X and ``out`` of shape (n, 3) and ``by`` of shape (n, 1)."""
+    parallel_rows(lambda at: np.multiply(X[at], by[at], out=out[at]), len(X))
     return out
 
 
-def reduced(of: np.ufunc, X: Floats) -> Floats:
-    """(3,) ``of`` over the rows of X, (n, 3): a row of many at a time, as numpy is slow at rows of three."""
-    wide = len(X) - len(X) % _ABREAST
+def reduce_rows(ufunc: np.ufunc, X: Floats) -> Floats:
+    """Reduce the rows of X, (n, 3), to (3,); many rows side by side, as numpy is slow with rows of three."""
+    wide = len(X) - len(X) % _ROWS_ABREAST
     rows = X[wide:]
     if wide:
-        rows = np.concatenate([rows, of.reduce(X[:wide].reshape(-1, 3 * _ABREAST), axis=0).reshape(-1, 3)])
-    return np.asarray(of.reduce(rows, axis=0))
-
-
-def no_spare() -> Spare:
-    """Memory that calls hand on to each other, with none in it yet."""
-    return deque(maxlen=1)
-
-
-def take_spare(spare: Spare) -> list[Floats]:
-    """The memory that is there, for one call alone; a call beside it, in another thread, finds none.
-
-    A call works with a list of its own and appends it to ``spare`` at its end. Both are atomic, so two calls never
-    share an array.
-    """
-    try:
-        return spare.pop()
-    except IndexError:  # asking first would be no use: another thread may take it in between
-        return []
-
-
-def taken(spare: list[Floats], like: Floats) -> Floats:
-    """Memory of that shape, to be written over: from what is spare, or new.
-
-    New memory is cleared by the system, page by page: on large meshes that took a quarter of the time.
-    """
-    return spare.pop() if spare else np.empty_like(like)
+        rows = np.concatenate([rows, ufunc.reduce(X[:wide].reshape(-1, 3 * _ROWS_ABREAST), axis=0).reshape(-1, 3)])
+    return np.asarray(ufunc.reduce(rows, axis=0))
 
 
 def rows(block: int, n: int) -> slice:
-    """The rows of a block of n rows."""
+    """The rows of a block, of n rows in all."""
     return slice(block * ROWS, min((block + 1) * ROWS, n))
 
 
 @contextlib.contextmanager
 def one_blas_thread() -> Iterator[None]:
-    """Have BLAS leave the threads to us, where the extra ``fast`` is installed; as a context, or as a decorator.
+    """Limit BLAS to one thread, if the extra ``fast`` is installed; a context manager and a decorator.
 
-    Its own threads wait for each other by spinning: many small products take longer with two than with one, and up to
-    four times as long while the processors have other work. And its bits depend on how many there are, so every call
-    of which the same bits are promised is inside of one as a whole.
+    The threads of BLAS wait for each other by spinning: many small products take longer with two threads than with one,
+    and up to four times as long while the processors are busy. Its bits depend on the number of threads, too, so that
+    every call that promises the same bits runs inside of this context.
 
-    The limit is the process's. Of calls at once, in several threads, the first sets it and the last lifts it.
+    The limit holds for the whole process. Of concurrent calls, the first sets it and the last lifts it.
     """
     if not backend.has_threadpoolctl():
         yield
@@ -145,7 +112,7 @@ def one_blas_thread() -> Iterator[None]:
 
 
 class _BlasLimit:
-    """A limit of one thread, for as long as anybody needs it."""
+    """A limit of one BLAS thread, counted by its holders."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -170,7 +137,7 @@ _limit = _BlasLimit()
 
 @functools.cache
 def _blas() -> Any:
-    """The libraries that numpy and scipy have loaded, which takes a hundred times as long as to limit them."""
+    """The BLAS libraries in this process; finding them takes a hundred times as long as limiting them."""
     import threadpoolctl
 
     return threadpoolctl.ThreadpoolController()

@@ -1,8 +1,8 @@
-"""Ctrl-C while something must not be left half done: it waits until nothing is, or until all can be undone.
+"""Deferred keyboard interrupts, for changes that must be made completely or not at all.
 
-Python raises KeyboardInterrupt between any two bytecodes of the main thread, so ``try`` and ``finally`` alone protect
-nothing: it may come before the one begins, or in the middle of the other. Here the handler of SIGINT is replaced for
-that long, which is the only place where an interrupt can be stopped at every bytecode.
+Python raises KeyboardInterrupt between any two bytecodes of the main thread, so that ``try`` and ``finally`` alone
+protect nothing: it may arrive before the first begins or in the middle of the second. Replacing the handler of SIGINT
+is the only way to defer an interrupt at every bytecode.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ Handler = Callable[[int, FrameType | None], Any]
 
 
 class _StandIn:
-    """Handler of SIGINT in place of another, which gets interrupts at once or later."""
+    """Handler of SIGINT that passes interrupts on to another handler, at once or later."""
 
     def __init__(self, handler: Handler) -> None:
         self.handler = handler
@@ -29,29 +29,29 @@ class _StandIn:
         if self.waits:
             self.came = True
             return
-        self.waits = True  # so that what cleans up when the handler raises is not interrupted as well
+        self.waits = True  # cleaning up after the handler has raised must not be interrupted as well
         self.handler(number, frame)
         self.waits = False
 
     def deliver(self) -> None:
-        """Hand over the interrupt that came meanwhile; the handler usually raises."""
+        """Pass on an interrupt that arrived meanwhile; the handler usually raises."""
         if self.came:
             self.came = False
             self.handler(signal.SIGINT, None)
 
 
-class Hold:
-    """Interrupts wait from its making until :meth:`end`, or the end of a ``with`` block.
+class DeferInterrupts:
+    """Defer interrupts from the construction until :meth:`end`, or the end of a ``with`` block.
 
-    Without effect in threads other than the main one, which are never interrupted, and where SIGINT is ignored or ends
-    the process. Inside of another hold, it is the outer one that hands over what came.
+    Has no effect in threads other than the main one, which are never interrupted, and where SIGINT is ignored or ends
+    the process. Nested contexts leave the interrupt to the outermost one.
 
     Examples
     --------
     >>> import signal
-    >>> from meshlab_specsmooth.runtime.interrupts import Hold
+    >>> from meshlab_specsmooth.runtime.interrupts import DeferInterrupts
     >>> try:
-    ...     with Hold():
+    ...     with DeferInterrupts():
     ...         signal.raise_signal(signal.SIGINT)
     ...         print("to its end")
     ... except KeyboardInterrupt:
@@ -67,7 +67,7 @@ class Hold:
         self.begin()
 
     def begin(self) -> None:
-        """Wait again, where it came to its end; else go on waiting."""
+        """Defer again after :meth:`end`; otherwise continue to defer."""
         in_main = threading.current_thread() is threading.main_thread()
         handler = signal.getsignal(signal.SIGINT) if in_main else None
         if isinstance(handler, _StandIn):
@@ -79,12 +79,12 @@ class Hold:
             signal.signal(signal.SIGINT, self._stand_in)
 
     def deliver(self) -> None:
-        """Let an interrupt that came raise here, where it can be undone."""
+        """Let an interrupt that has arrived raise here, where the work can be undone."""
         if self._stand_in is not None and not self._waited:
             self._stand_in.deliver()
 
     def end(self) -> None:
-        """Let interrupts raise from here on, the one that came first."""
+        """Stop deferring; an interrupt that has arrived raises here."""
         if self._stand_in is None:
             return
         if self._is_outermost:
@@ -95,8 +95,8 @@ class Hold:
         self.deliver()
 
     @contextlib.contextmanager
-    def through(self) -> Iterator[None]:
-        """Inside, interrupts raise at once, and wait again from the moment that one does."""
+    def allow(self) -> Iterator[None]:
+        """Let interrupts raise at once inside of a ``with`` block; once one has raised, others are deferred again."""
         self.deliver()
         if self._stand_in is not None:
             self._stand_in.waits = self._waited
@@ -106,7 +106,7 @@ class Hold:
             if self._stand_in is not None:
                 self._stand_in.waits = True
 
-    def __enter__(self) -> Hold:
+    def __enter__(self) -> DeferInterrupts:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
@@ -114,20 +114,20 @@ class Hold:
 
 
 def all_or_nothing(change: Callable[[Callable[[], None]], None], undo: Callable[[], None]) -> None:
-    """Make a change as a whole, or raise with nothing changed, whenever an interrupt comes.
+    """Make a change completely, or raise with nothing changed, whenever an interrupt arrives.
 
     Parameters
     ----------
     change : callable
-        Gets a function to call wherever it may be broken off.
+        Receives a function to call wherever it may be interrupted.
     undo : callable
-        Puts back what was there, however far the change has come; it is not interrupted.
+        Restores the former state, however far the change has come; it is not interrupted.
     """
-    hold = Hold()
+    hold = DeferInterrupts()
     try:
         change(hold.deliver)
         hold.deliver()
-        hold.end()  # nothing comes after it: an interrupt is undone, or finds us gone
+        hold.end()  # the last statement: an interrupt is either undone or arrives after the call
     except BaseException:
         hold.begin()
         try:

@@ -1,4 +1,4 @@
-"""What memory there is: to refuse work that would not fit before it starts, and end what takes more than there is."""
+"""Available memory: refuse work that would not fit, and limit what a process may allocate."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ _CGROUPS = Path("/sys/fs/cgroup")
 
 
 def available() -> int:
-    """Bytes that this process can still take without swapping: the machine's, or what its control group allows.
+    """Bytes that this process can still allocate without swapping, given the machine and its control groups.
 
-    Where neither the machine nor a group tells (neither Linux nor POSIX), it is said to be without end: 2^63 - 1.
+    2^63 - 1 where this is not known (systems that are neither Linux nor POSIX).
 
     Examples
     --------
@@ -29,15 +29,15 @@ def available() -> int:
     return min([_of_machine(), *_of_groups()])
 
 
-def require(needed: int, what: str) -> None:
-    """Refuse work that needs more memory than is available.
+def require(needed: int, task: str) -> None:
+    """Raise if work needs more memory than is available.
 
     Parameters
     ----------
     needed : int
-        Bytes on top of what the process has.
-    what : str
-        What needs them, as the beginning of a sentence.
+        Bytes in addition to what the process has.
+    task : str
+        The work, as the subject of the error message.
 
     Raises
     ------
@@ -54,21 +54,22 @@ def require(needed: int, what: str) -> None:
     free = available()
     if needed > free:
         raise TooLarge(
-            f"{what} needs {needed / 2**30:.1f} GiB of memory, and {free / 2**30:.1f} GiB are available; close other "
+            f"{task} needs {needed / 2**30:.1f} GiB of memory, and {free / 2**30:.1f} GiB are available; close other "
             "programs, take a machine (or a container's limit) with more, or decimate or split the mesh first"
         )
 
 
 @contextlib.contextmanager
 def limited(more: int) -> Iterator[None]:
-    """Inside, this process may take so many bytes more than it has, where the system can see to it (Linux).
+    """Limit what this process can allocate in addition to what it has; without effect on systems other than Linux.
 
-    What takes more gets a MemoryError, as C++ is refused it, too. A limit that is lower already stays. The limit is
-    the process's, so that it is set in the main thread alone, where one can only lie inside of another.
+    Further allocations fail with a MemoryError, those in C++ as well. An existing lower limit is kept. The limit holds
+    for the whole process, so that it is only set in the main thread, where contexts can only be nested.
 
     Parameters
     ----------
     more : int
+        Bytes.
 
     Examples
     --------
@@ -80,7 +81,7 @@ def limited(more: int) -> Iterator[None]:
     if held is None or threading.current_thread() is not threading.main_thread():
         yield
         return
-    import resource  # POSIX's alone
+    import resource  # POSIX only
 
     before, hard = resource.getrlimit(resource.RLIMIT_DATA)
     wanted = min(held + more, *(limit for limit in (before, hard) if limit != resource.RLIM_INFINITY), 2**62)
@@ -92,7 +93,7 @@ def limited(more: int) -> Iterator[None]:
 
 
 def _data_bytes() -> int | None:
-    """What Linux counts against RLIMIT_DATA; None elsewhere."""
+    """The bytes that Linux counts against RLIMIT_DATA; None on other systems."""
     try:
         pages = int((_PROC / "self" / "statm").read_text(encoding="ascii").split()[5])
     except (OSError, IndexError, ValueError):
@@ -101,7 +102,7 @@ def _data_bytes() -> int | None:
 
 
 def _of_machine() -> int:
-    """What Linux says could be taken without swapping; elsewhere the pages that are free, if that can be asked."""
+    """The bytes that Linux considers available without swapping; on other systems the free pages, if known."""
     found = _numbers(_PROC / "meminfo").get("MemAvailable")
     if found is not None:
         return found * 1024
@@ -112,21 +113,21 @@ def _of_machine() -> int:
 
 
 def _of_groups() -> list[int]:
-    """What is left of each limit of the control groups that this process is in, and of those around them."""
+    """The bytes that are left of each limit of this process' control groups and of the groups around them."""
     left = []
     for group, limit, usage, cache in _groups():
         for folder in (group, *group.parents):
             if not folder.is_relative_to(_CGROUPS):
                 break
-            most, used = _number(folder / limit), _number(folder / usage)
-            if most is not None and used is not None:
-                # files that were read count as used, but give way
-                left.append(max(0, most - used + _numbers(folder / "memory.stat").get(cache, 0)))
+            maximum, used = _number(folder / limit), _number(folder / usage)
+            if maximum is not None and used is not None:
+                # cached files count as used, but are dropped on demand
+                left.append(max(0, maximum - used + _numbers(folder / "memory.stat").get(cache, 0)))
     return left
 
 
 def _groups() -> list[tuple[Path, str, str, str]]:
-    """The folder of each memory control group of this process, and what its files and its cache are called."""
+    """The folder of each memory control group of this process, and the names of its limit, usage and cache."""
     groups = []
     for line in _text(_PROC / "self" / "cgroup").splitlines():
         number, controllers, path = line.split(":", 2)
@@ -139,13 +140,13 @@ def _groups() -> list[tuple[Path, str, str, str]]:
 
 
 def _number(path: Path) -> int | None:
-    """A file's one number; None where there is no file, or it says "max"."""
+    """The number in a file; None if there is no file, or it holds "max"."""
     text = _text(path).strip()
     return int(text) if text.isdecimal() else None
 
 
 def _numbers(path: Path) -> dict[str, int]:
-    """Numbers by name, one a line; none where there is no file."""
+    """The numbers in a file by name, one per line; empty if there is no file."""
     return {name: int(number) for name, number in re.findall(r"^(\w+):?\s+(\d+)", _text(path), re.MULTILINE)}
 
 

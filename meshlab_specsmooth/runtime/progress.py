@@ -1,48 +1,48 @@
-"""How long work reports where it is."""
+"""Progress callbacks for parts of longer work."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
-#: Called with the fraction done, rising from 0 to 1. A method ``stage``, if there is one, gets the name of what begins.
+#: Called with the fraction done, from 0 to 1. An optional method ``stage`` is called with the name of each stage.
 Progress = Callable[[float], None]
 
 
 def announce(progress: Progress | None, stage: str) -> None:
-    """Say what begins, to a callback that has a method ``stage``."""
-    say = getattr(progress, "stage", None)
-    if callable(say):
-        say(stage)
+    """Report the name of a stage that begins, if the callback has a method ``stage``."""
+    report = getattr(progress, "stage", None)
+    if callable(report):
+        report(stage)
 
 
 def finish(progress: Progress | None) -> None:
-    """Report that all is done, whatever way it went."""
+    """Report that all is done, whichever way was taken."""
     if progress is not None:
         progress(1.0)
 
 
-def part(progress: Progress | None, start: float, share: float) -> Progress | None:
-    """A callback for a part of the work, which runs from ``start`` over ``share`` of the whole."""
-    return None if progress is None else _Part(progress, start, share)
+def subrange(progress: Progress | None, start: float, fraction: float) -> Progress | None:
+    """A callback for a part of the work: its 0 to 1 is reported as ``start`` to ``start + fraction``."""
+    return None if progress is None else _Subrange(progress, start, fraction)
 
 
-def rising(progress: Progress | None) -> Progress | None:
-    """The callback without steps back, which residuals of conjugate gradients make."""
-    return None if progress is None else _Rising(progress)
+def monotone(progress: Progress | None) -> Progress | None:
+    """A callback that never reports less than before, as the residuals of conjugate gradients would."""
+    return None if progress is None else _Monotone(progress)
 
 
-class _Part:
-    def __init__(self, whole: Progress, start: float, share: float) -> None:
-        self._whole, self._start, self._share = whole, start, share
+class _Subrange:
+    def __init__(self, whole: Progress, start: float, fraction: float) -> None:
+        self._whole, self._start, self._fraction = whole, start, fraction
 
     def __call__(self, fraction: float) -> None:
-        self._whole(self._start + self._share * fraction)
+        self._whole(self._start + self._fraction * fraction)
 
     def stage(self, name: str) -> None:
         announce(self._whole, name)
 
 
-class _Rising:
+class _Monotone:
     def __init__(self, progress: Progress) -> None:
         self._progress, self._highest = progress, 0.0
 

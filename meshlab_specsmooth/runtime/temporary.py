@@ -1,8 +1,8 @@
-"""Temporary folders that are removed even where the process that made them was killed, and only then.
+"""Temporary folders that are removed even if the process that made them was killed.
 
-Each holds a file that is locked for as long as its process, or one that took over from it, lives. The system gives up
-the lock of a process that dies, whatever killed it, on either side of a container: numbers of processes say nothing
-there. A folder whose lock can be had is nobody's.
+Each holds a file that is locked while its process, or one that took over from it, is alive. The system releases the
+lock of a process that dies for any reason, also across containers, where process ids mean nothing. A folder whose lock
+can be acquired is abandoned.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from meshlab_specsmooth.runtime.interrupts import Hold
+from meshlab_specsmooth.runtime.interrupts import DeferInterrupts
 
-#: How the names of all of them begin.
+#: Prefix of the names of all temporary folders.
 PREFIX = ".specsmooth-"
 _LOCK, _CONTENT = "lock", "files"
-# seconds after which a folder without a lock is nobody's: its process was killed as it began, or there are no locks
-_FORGOTTEN = 86400.0
+# seconds after which a folder without a lock is abandoned: its process was killed early, or there are no locks
+_MAX_AGE = 86400.0
 
 
 @dataclass(frozen=True)
@@ -33,9 +33,9 @@ class Temporary:
     Attributes
     ----------
     root : Path
-        What is removed.
+        The folder that is removed.
     lock : int
-        Descriptor of the file that is locked; -1 where the system has no such locks.
+        Descriptor of the locked file; -1 if the system has no such locks.
     """
 
     root: Path
@@ -47,20 +47,20 @@ class Temporary:
         return self.root / _CONTENT
 
     def remove(self) -> None:
-        """Remove it with all that it holds, and give up the lock."""
+        """Remove the folder with its content, and release the lock."""
         shutil.rmtree(self.content, ignore_errors=True)  # the lock last
         shutil.rmtree(self.root, ignore_errors=True)
         if self.lock >= 0:
             os.close(self.lock)
 
 
-def make(place: str | os.PathLike[str] | None = None) -> Temporary:
-    """Make a temporary folder in a place, or where the system has them; only this user can look into it."""
+def create(place: str | os.PathLike[str] | None = None) -> Temporary:
+    """Create a temporary folder in a place, by default the system's, that only this user can read."""
     root = Path(tempfile.mkdtemp(prefix=f"{PREFIX}{os.getpid()}-", dir=place))
     lock = -1
     try:
         (root / _CONTENT).mkdir()
-        lock = _locked(root)
+        lock = _create_lock(root)
     except BaseException:
         shutil.rmtree(root, ignore_errors=True)
         raise
@@ -69,17 +69,17 @@ def make(place: str | os.PathLike[str] | None = None) -> Temporary:
 
 @contextlib.contextmanager
 def folder(place: str | os.PathLike[str] | None = None) -> Iterator[Path]:
-    """A temporary folder to write in; interrupts wait until it is removed."""
-    with Hold():
-        made = make(place)
+    """A temporary folder to write in; interrupts are deferred until it is removed."""
+    with DeferInterrupts():
+        temporary = create(place)
         try:
-            yield made.content
+            yield temporary.content
         finally:
-            made.remove()
+            temporary.remove()
 
 
-def _locked(root: Path) -> int:
-    """The descriptor of a locked file; it gets its name once it is locked, so that a file of its name always is."""
+def _create_lock(root: Path) -> int:
+    """Create a locked file and return its descriptor; it gets its name only when it is locked."""
     if os.name != "posix":
         return -1
     new = root / f"{_LOCK}.new"
@@ -92,23 +92,23 @@ def _locked(root: Path) -> int:
 
 
 def _try_lock(file: int) -> bool:
-    import fcntl  # POSIX's alone
+    import fcntl  # POSIX only
 
     try:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:  # another has it, or there are no locks
+    except OSError:  # held by another process, or there are no locks
         return False
     return True
 
 
-def sweep(place: str | os.PathLike[str], ended: int | None = None) -> None:
-    """Remove the temporary folders of a place that are nobody's any more.
+def remove_stale(place: str | os.PathLike[str], ended: int | None = None) -> None:
+    """Remove the abandoned temporary folders in a place.
 
     Parameters
     ----------
     place : path
     ended : int, optional
-        A copy of this process that has ended: it may have begun a folder, and not have locked it yet.
+        Id of a forked child that has ended: it may have created a folder without locking it.
     """
     if os.name != "posix":
         return
@@ -123,9 +123,9 @@ def _is_abandoned(root: Path, begun: bool) -> bool:
         if not stat.S_ISDIR(status.st_mode) or status.st_uid != os.getuid():
             return False
         if not (root / _LOCK).is_file():
-            return begun or time.time() - status.st_mtime > _FORGOTTEN
+            return begun or time.time() - status.st_mtime > _MAX_AGE
         lock = os.open(root / _LOCK, os.O_RDWR | os.O_CLOEXEC | os.O_NOFOLLOW)
-    except OSError:  # it is being removed, or not for this process to look at
+    except OSError:  # removed meanwhile, or not readable
         return False
     try:
         return _try_lock(lock)

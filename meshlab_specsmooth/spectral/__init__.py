@@ -1,4 +1,4 @@
-"""Functions of the Laplacian, h(L) X: by polynomials, or by eigenvectors."""
+"""Functions of the Laplacian, h(L) X, evaluated with polynomials or with eigenvectors."""
 
 from __future__ import annotations
 
@@ -7,23 +7,21 @@ from typing import Protocol
 from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.graph.laplacian import Laplacian
 from meshlab_specsmooth.runtime.progress import Progress
+from meshlab_specsmooth.runtime.workspace import Workspace
 
 
 class SpectralFilter(Protocol):
-    """A transfer function ready to be applied: the seam between the methods."""
+    """A transfer function that can be applied; implemented by each method."""
 
     @property
     def degree(self) -> int:
-        """Sweeps over the mesh that one application takes."""
+        """Number of products with L that one application takes."""
 
     @property
     def error(self) -> float:
-        """Bound on what the transfer function differs from the response by, weighed as it was asked for."""
+        """Bound on the weighted difference between the transfer function and the response."""
 
     def apply(
-        self, L: Laplacian, X: Floats, progress: Progress | None = None, spare: list[Floats] | None = None
+        self, L: Laplacian, X: Floats, progress: Progress | None = None, workspace: Workspace | None = None
     ) -> Floats:
-        """h(L) X for X of shape (n, k).
-
-        ``spare`` is memory of the shape of X that is not needed any more; what is left of it afterward is in it.
-        """
+        """h(L) X for X of shape (n, k), with work arrays from ``workspace``."""

@@ -1,7 +1,7 @@
-"""h(L) X without eigenvectors: a Chebyshev series of h, summed by the three-term recurrence.
+"""h(L) X without eigenvectors: a Chebyshev series of h, evaluated by the three-term recurrence.
 
-Every term is one sweep over the mesh, so the cost is the degree of the series, whatever the number of modes (Hammond,
-Vandergheynst, Gribonval, *Wavelets on graphs via spectral graph theory*, 2011).
+Every term takes one product with L, so the cost is the degree of the series and does not depend on the number of modes
+(Hammond, Vandergheynst, Gribonval, *Wavelets on graphs via spectral graph theory*, 2011).
 """
 
 from __future__ import annotations
@@ -14,21 +14,21 @@ from scipy.fft import dct
 
 from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.errors import InvalidParameter
-from meshlab_specsmooth.graph.kernels import COLUMNS
-from meshlab_specsmooth.graph.laplacian import Laplacian, in_threes
-from meshlab_specsmooth.runtime import blocks
+from meshlab_specsmooth.graph.laplacian import Laplacian, by_column_blocks
 from meshlab_specsmooth.runtime.progress import Progress
+from meshlab_specsmooth.runtime.workspace import Workspace
 from meshlab_specsmooth.spectral.response import Response
 
-# The degree grows as 1 / sqrt(cut-off); beyond this one the wave is longer than any mesh that fits in memory is wide.
-HIGHEST_DEGREE = 2**15
+# The degree grows as 1 / sqrt(cut-off); above this degree the wave is longer than any mesh that fits in memory is wide.
+MAX_DEGREE = 2**15
 
-# A polynomial of degree d is looked at in so many times d points; between them it can rise by half a per cent.
+# The error of a polynomial of degree d is sampled at this many times d points; between them it can be half a per cent
+# larger.
 _OVERSAMPLING = 16
-_BETWEEN = 1.01
+_BETWEEN_SAMPLES = 1.01
 
-#: From eigenvalues to the share of an error there that matters.
-PassedOn = Callable[[Floats], Floats]
+#: From eigenvalues to the factor that an error of the transfer function is weighted with.
+ErrorGain = Callable[[Floats], Floats]
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +39,7 @@ class ChebyshevSeries:
     ----------
     coefficients : (degree + 1,) float64
     error : float
-        Bound on abs(p - h) over the spectrum, weighed as it was asked for, outside of a step's transition.
+        Bound on the weighted abs(p - h) over the spectrum, outside of the transitions.
     """
 
     coefficients: Floats
@@ -47,15 +47,15 @@ class ChebyshevSeries:
 
     @property
     def degree(self) -> int:
-        """Degree of the polynomial, which is the number of sweeps over the mesh."""
+        """Degree of the polynomial, which is the number of products with L."""
         return len(self.coefficients) - 1
 
     def __call__(self, eigenvalues: Floats) -> Floats:
-        """P at ``eigenvalues``."""
+        """The polynomial at ``eigenvalues``."""
         return np.asarray(np.polynomial.chebyshev.chebval(np.asarray(eigenvalues) - 1, self.coefficients))
 
     def apply(
-        self, L: Laplacian, X: Floats, progress: Progress | None = None, spare: list[Floats] | None = None
+        self, L: Laplacian, X: Floats, progress: Progress | None = None, workspace: Workspace | None = None
     ) -> Floats:
         """p(L) X.
 
@@ -65,95 +65,97 @@ class ChebyshevSeries:
         X : (n, k) float64
         progress : callable, optional
             Called with the fraction done, in [0, 1].
-        spare : list of (n, 3) float64, optional
-            Memory to be used again, for X of three columns; what is left of it afterward is in it.
+        workspace : Workspace, optional
+            Work arrays of shape (n, 3).
         """
-        memory = spare if spare is not None and X.shape[1] == COLUMNS else []
-        return in_threes(lambda three: self._apply(L, three, progress, memory), X)
+        work = Workspace() if workspace is None else workspace
+        return by_column_blocks(lambda block: self._apply(L, block, progress, work), X)
 
-    def _apply(self, L: Laplacian, X: Floats, progress: Progress | None, spare: list[Floats]) -> Floats:
-        """Clenshaw's recurrence, from the highest term down: it keeps two blocks besides X, and sums nothing apart."""
+    def _apply(self, L: Laplacian, X: Floats, progress: Progress | None, workspace: Workspace) -> Floats:
+        """Clenshaw's recurrence, from the highest term down: it needs two blocks besides X and no separate sum."""
         c = self.coefficients
-        now = blocks.taken(spare, X)
+        now = workspace.borrow(X)
         np.multiply(c[-1], X, out=now)
-        before = blocks.taken(spare, X)
+        before = workspace.borrow(X)
         before.fill(0.0)
         for k in range(self.degree - 1, 0, -1):
-            L.step(X, now, before, share=c[k])
+            L.step(X, now, before, coefficient=c[k])
             now, before = before, now
             if progress is not None:
                 progress(1 - k / self.degree)
         if self.degree > 0:
-            L.step(X, now, before, factor=1.0, share=c[0])
+            L.step(X, now, before, factor=1.0, coefficient=c[0])
             now, before = before, now
-        spare.append(before)
+        workspace.give_back(before)
         return now
 
 
-def approximate(response: Response, tolerance: float, passed_on: PassedOn | None = None) -> ChebyshevSeries:
-    """A short Chebyshev series for ``response`` whose error is below ``tolerance``.
+def approximate(response: Response, tolerance: float, error_gain: ErrorGain | None = None) -> ChebyshevSeries:
+    """Approximate a response by a short Chebyshev series.
 
     Parameters
     ----------
     response : Response
-        A step is approximated by its softened self, and its transition is not looked at.
+        Its ``smooth_gain`` is approximated; errors inside of its transitions are ignored.
     tolerance : float
-    passed_on : callable, optional
-        From eigenvalues to the share of an error there that matters, at least linear in the eigenvalue near 0. Then
-        lambda h(lambda) is expanded, and the series divided by lambda: this puts the errors where they are small.
+        Maximum weighted error.
+    error_gain : callable, optional
+        From eigenvalues to the weight of an error there, which must vanish at least linearly at 0. Then lambda
+        h(lambda) is expanded and the series divided by lambda, which moves the errors to small eigenvalues, where they
+        count little.
 
     Raises
     ------
     InvalidParameter
-        The response is too steep for a polynomial of degree :data:`HIGHEST_DEGREE`.
+        The response is too steep for a polynomial of degree :data:`MAX_DEGREE`.
     """
     count = 32
-    while count <= 2 * HIGHEST_DEGREE:
+    while count <= 2 * MAX_DEGREE:
         x = 1 + np.cos(np.pi * (np.arange(count) + 0.5) / count)
         h = response.smooth_gain(x)
-        c = dct(h if passed_on is None else x * h, type=2) / count
+        c = dct(h if error_gain is None else x * h, type=2) / count
         c[0] /= 2
-        # Interpolated well when the upper half of the coefficients is next to nothing
+        # converged when the upper half of the coefficients is negligible
         if np.abs(c[count // 2 :]).sum() <= tolerance * np.abs(c).sum():
-            series = _short(c[: count // 2], response, tolerance, passed_on)
+            series = _truncate(c[: count // 2], response, tolerance, error_gain)
             if series is not None:
                 return series
         count *= 2
     raise InvalidParameter(
-        f"{response.label} needs a polynomial of degree above {HIGHEST_DEGREE}; raise the cut-off (a shorter "
+        f"{response.label} needs a polynomial of degree above {MAX_DEGREE}; raise the cut-off (a shorter "
         "wavelength, more modes)"
     )
 
 
-def _short(c: Floats, response: Response, tolerance: float, passed_on: PassedOn | None) -> ChebyshevSeries | None:
-    """A head of the series that is close enough, within a twentieth of the shortest, if any is."""
+def _truncate(c: Floats, response: Response, tolerance: float, error_gain: ErrorGain | None) -> ChebyshevSeries | None:
+    """Truncate the series as far as the tolerance allows, to within a twentieth of the shortest; None if not at all."""
     terms = 1
     while terms < len(c):
-        kept = c[:terms] if passed_on is None else _divided(c[: terms + 1])
-        series = ChebyshevSeries(kept, _error(kept, response, passed_on))
+        kept = c[:terms] if error_gain is None else _divide_by_lambda(c[: terms + 1])
+        series = ChebyshevSeries(kept, _error(kept, response, error_gain))
         if series.error <= tolerance:
             return series
-        terms += 1 + terms // 20  # not by bisection: the error falls in waves
+        terms += 1 + terms // 20  # not by bisection: the error is not monotone
     return None
 
 
-def _error(c: Floats, response: Response, passed_on: PassedOn | None) -> float:
-    """Largest error of the series, weighed, outside of the transitions."""
+def _error(c: Floats, response: Response, error_gain: ErrorGain | None) -> float:
+    """Largest weighted error of the series outside of the transitions."""
     points = max(64, _OVERSAMPLING * len(c))
     x = 1 + np.cos(np.pi * np.arange(points + 1) / points)
-    p = _values(c, points)
+    p = _evaluate(c, points)
     for low, high in response.transitions:
         outside = (x < low) | (x > high)
-        ends = np.array([low, min(high, 2.0)])  # where it is steep, no point may be near
+        ends = np.array([low, min(high, 2.0)])  # where it is steep, no sample may be close
         at_ends = np.cos(np.outer(np.arccos(ends - 1), np.arange(len(c)))) @ c
         x, p = np.append(x[outside], ends), np.append(p[outside], at_ends)
-    off = np.abs(p - response.smooth_gain(x))
-    if passed_on is not None:
-        off *= passed_on(x)
-    return _BETWEEN * float(off.max())
+    error = np.abs(p - response.smooth_gain(x))
+    if error_gain is not None:
+        error *= error_gain(x)
+    return _BETWEEN_SAMPLES * float(error.max())
 
 
-def _divided(c: Floats) -> Floats:
+def _divide_by_lambda(c: Floats) -> Floats:
     """The series of (q(lambda) - q(0)) / lambda, one term shorter than that of q."""
     degree = len(c) - 1
     p = np.zeros(degree + 2)
@@ -164,8 +166,8 @@ def _divided(c: Floats) -> Floats:
     return p[:degree]
 
 
-def _values(c: Floats, points: int) -> Floats:
-    """The series at 1 + cos(pi j / points), j = 0 ... points, both ends of the spectrum included."""
+def _evaluate(c: Floats, points: int) -> Floats:
+    """The series at 1 + cos(pi j / points), j = 0 ... points, including both ends of the spectrum."""
     padded = np.zeros(points + 1)
     padded[: len(c)] = c / 2
     padded[0] = c[0]

@@ -1,4 +1,4 @@
-"""Three names of one cut-off: an eigenvalue, a number of modes, a wavelength."""
+"""Cut-offs given as an eigenvalue, a number of modes or a wavelength, and the conversions between them."""
 
 from __future__ import annotations
 
@@ -8,23 +8,23 @@ import numpy as np
 
 from meshlab_specsmooth.arrays import Floats
 
-# On a regular triangle mesh with mean edge h the wave of length w has eigenvalue (pi h / w)^2, and n of them fill the
-# spectrum so that the k-th has eigenvalue 2 pi / sqrt(3) k / n (Weyl's law).
+# On a regular triangle mesh with edge length h a wave of length w has the eigenvalue (pi h / w)^2, and the k-th of n
+# eigenvalues is 2 pi / sqrt(3) k / n (Weyl's law).
 WEYL = 2 * np.pi / np.sqrt(3)
 
 
 @dataclass(frozen=True)
 class Cutoff:
-    """Where a response cuts off.
+    """The cut-off of a response.
 
     Attributes
     ----------
     eigenvalue : float
         In (0, 2].
     modes : float
-        Number of modes below it.
+        Number of modes below ``eigenvalue``.
     error : float
-        Standard error of ``modes``, relative to it; 0 where the eigenvalues were computed, NaN where ``modes`` is only
+        Relative standard error of ``modes``; 0 where the eigenvalues were computed, NaN where ``modes`` follows from
         the law of the regular lattice.
     """
 
@@ -33,26 +33,31 @@ class Cutoff:
     error: float
 
 
-def from_wavelength(edges: float, vertex_count: int) -> Cutoff:
-    """The cut-off at surface waves of so many mean edge lengths."""
-    # waves shorter than the mesh can carry keep everything; those beyond all measure keep the constants
-    eigenvalue = float(np.clip((np.pi / max(edges, 1.0)) ** 2, np.finfo(np.float64).tiny, 2.0))
-    modes = float(max(1.0, vertex_count * min(1.0, lattice_share(np.array([eigenvalue]))[0])))
+def from_eigenvalue(eigenvalue: float, vertex_count: int) -> Cutoff:
+    """The cut-off at an eigenvalue, with the number of modes that the regular lattice has below it."""
+    modes = float(max(1.0, vertex_count * min(1.0, lattice_fraction(np.array([eigenvalue]))[0])))
     return Cutoff(eigenvalue, modes, float("nan"))
 
 
+def from_wavelength(edges: float, vertex_count: int) -> Cutoff:
+    """The cut-off at surface waves of a length in mean edge lengths."""
+    # waves shorter than the mesh can represent keep everything; extremely long ones keep only the constants
+    eigenvalue = float(np.clip((np.pi / max(edges, 1.0)) ** 2, np.finfo(np.float64).tiny, 2.0))
+    return from_eigenvalue(eigenvalue, vertex_count)
+
+
 def wavelength_in_edges(eigenvalue: float) -> float:
-    """Length of the surface wave with that eigenvalue, in mean edge lengths of a regular mesh."""
+    """Wavelength of the mode with an eigenvalue, in mean edge lengths of a regular mesh."""
     return float(np.pi / np.sqrt(eigenvalue))
 
 
-def lattice_share(eigenvalues: Floats) -> Floats:
-    """Share of the modes of the endless regular triangle lattice that lie below each eigenvalue, in [0, 2].
+def lattice_fraction(eigenvalues: Floats) -> Floats:
+    """Fraction of the modes of the infinite regular triangle lattice below each eigenvalue, in [0, 2].
 
-    The wave (a, b) has lambda = 1 - (cos a + 2 cos(a/2) cos(b + a/2)) / 3, so for each a so the share over b is an arc.
-    Good to 1e-4 of the share.
+    The wave (a, b) has lambda = 1 - (cos a + 2 cos(a/2) cos(b + a/2)) / 3, so for each a the fraction over b is an arc.
+    The relative error is 1e-4.
     """
-    # beyond this a no wave is as low; its sine as the variable takes the square root out of the integrand's end
+    # no wave beyond this a is as low; integrating over its sine removes the square root at the end of the interval
     furthest = 2 * np.arccos(np.clip((np.sqrt(np.maximum(9 - 6 * eigenvalues, 0)) - 1) / 2, 0, 1))
     u = (np.arange(32) + 0.5) * np.pi / 64
     a = furthest[:, None] * np.sin(u)

@@ -1,20 +1,26 @@
-"""From what was asked for (modes or a wavelength, a response, a method) to a filter that can be applied."""
+"""Turn a response and a cut-off (a number of modes, a wavelength) into a filter that can be applied."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
+from scipy.sparse import csr_array
+
+from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.graph.laplacian import Laplacian
 from meshlab_specsmooth.parameters import check_choice
 from meshlab_specsmooth.runtime.progress import Progress
 from meshlab_specsmooth.spectral import SpectralFilter, density, eigenbasis, inertia
-from meshlab_specsmooth.spectral.chebyshev import PassedOn, approximate
-from meshlab_specsmooth.spectral.cutoff import Cutoff, from_wavelength
+from meshlab_specsmooth.spectral.chebyshev import ErrorGain, approximate
+from meshlab_specsmooth.spectral.cutoff import Cutoff, from_eigenvalue, from_wavelength
 from meshlab_specsmooth.spectral.density import Density
-from meshlab_specsmooth.spectral.response import RESPONSES, Response, band, response
+from meshlab_specsmooth.spectral.eigenbasis import Eigenbasis, Projection
+from meshlab_specsmooth.spectral.response import Family, Response, band, check_response
 
 METHODS = ("auto", "exact", "chebyshev")
 MODE_COUNTS = ("estimate", "exact")
+
+_ONE_CUTOFF = "a family of responses needs either modes or wavelength, a response takes neither"
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,84 +44,86 @@ class Design:
 
 def design(
     L: Laplacian,
-    size: int | float,
+    response: Response | Family,
     *,
-    by: str,
-    name: str,
+    modes: int | None = None,
+    wavelength: float | None = None,
     method: str,
     tolerance: float,
     mode_count: str = "estimate",
-    passed_on: PassedOn | None = None,
-    modes: Density | None = None,
+    error_gain: ErrorGain | None = None,
+    mode_density: Density | None = None,
     progress: Progress | None = None,
 ) -> Design:
-    """A low-pass for L.
+    """Design a filter for L.
 
     Parameters
     ----------
     L : Laplacian
-    size : float
-        The number of modes kept, or the shortest wave kept in mean edge lengths.
-    by : {"modes", "wavelength"}
-        Which of the two ``size`` is.
-    name : str
-        Of the response, see :data:`meshlab_specsmooth.spectral.response.RESPONSES`.
+    response : Response or callable
+        A response, or a family of low-pass responses: a function from a cut-off eigenvalue to a response, such as
+        those in :data:`meshlab_specsmooth.spectral.response.RESPONSES`.
+    modes : int, optional
+        Number of modes kept, 1 to n. A family needs this or ``wavelength``, a response takes neither.
+    wavelength : float, optional
+        Shortest wave kept, in mean edge lengths.
     method : {"auto", "exact", "chebyshev"}
         ``auto`` is exact up to :data:`eigenbasis.DENSE_VERTICES` vertices.
-    tolerance, passed_on
+    tolerance, error_gain
         Error allowed to a polynomial, see :func:`meshlab_specsmooth.spectral.chebyshev.approximate`.
     mode_count : {"estimate", "exact"}
         How a number of modes becomes a cut-off above :data:`eigenbasis.DENSE_VERTICES` vertices, for a polynomial.
-    modes : Density, optional
-        Where the modes of L lie, if that was measured already.
+    mode_density : Density, optional
+        The density of modes of L, if it was measured already.
     progress : callable, optional
         Called with the fraction done, in [0, 1], while eigenvectors are computed.
+
+    Returns
+    -------
+    Design
+        The cut-off of a response is the eigenvalue where its gain first falls to one half, 2 where it never does.
 
     Raises
     ------
     InvalidParameter
-        An unknown method or response, or a response too steep for a polynomial.
+        An unknown method, an unusable response or one that is too steep for a polynomial, or a family without a
+        cut-off or with two.
     TooLarge
         An eigenbasis that would not fit in memory.
     """
-    n = L.size
-    name = check_choice("response", name, RESPONSES)
+    if (modes is not None) + (wavelength is not None) > (0 if isinstance(response, Response) else 1):
+        raise InvalidParameter(_ONE_CUTOFF)
     mode_count = check_choice("mode_count", mode_count, MODE_COUNTS)
-    if not is_exact(method, n):
-        if by == "wavelength":
-            cutoff = from_wavelength(size, n)
-        elif n <= eigenbasis.DENSE_VERTICES:
-            cutoff = eigenbasis.complete(L.graph.symmetric_laplacian()).cutoff(int(size))
-        else:
-            cutoff = density.cutoff_of_modes(L, int(size)) if modes is None else modes.cutoff(int(size))
-            if mode_count == "exact":
-                cutoff = inertia.cutoff_of_modes(L.graph.symmetric_laplacian(), int(size), cutoff)
-        h = response(name, cutoff.eigenvalue)
-        return Design(approximate(h, tolerance, passed_on), h, cutoff, "chebyshev")
-    S = L.graph.symmetric_laplacian()
-    # a step needs the modes that it keeps and one more to tell where it lies; the others have a tail, so they get all
-    if name != "ideal":
-        basis = eigenbasis.complete(S, progress)
-    elif by == "modes":
-        basis = eigenbasis.covering(S, int(size), progress)
+    exact = is_exact(method, L.size)
+    if isinstance(response, Response):
+        h = check_response(response)
+        cutoff = from_eigenvalue(h.cutoff, L.size)
+    elif wavelength is not None:
+        cutoff = from_wavelength(wavelength, L.size)
+        h = check_response(response(cutoff.eigenvalue))
+    elif modes is not None:
+        if exact:
+            return _keep_modes(L.graph.symmetric_laplacian(), response, modes, progress)
+        cutoff = _cutoff_of_modes(L, modes, mode_count, mode_density)
+        h = check_response(response(cutoff.eigenvalue))
     else:
-        basis = eigenbasis.below(S, from_wavelength(size, n), progress)
-    cutoff = basis.cutoff(int(size)) if by == "modes" else from_wavelength(size, n)
-    h = response(name, cutoff.eigenvalue)
-    return Design(eigenbasis.Projection(basis, h), h, cutoff, "exact")
+        raise InvalidParameter(_ONE_CUTOFF)
+    if exact:
+        return Design(Projection(_basis_for(L.graph.symmetric_laplacian(), h, progress), h), h, cutoff, "exact")
+    return Design(approximate(h, tolerance, error_gain), h, cutoff, "chebyshev")
 
 
 def design_band(
     L: Laplacian,
+    family: Family,
     longest: float,
     shortest: float,
     *,
-    name: str,
     method: str,
     tolerance: float,
-    passed_on: PassedOn | None = None,
+    error_gain: ErrorGain | None = None,
 ) -> Design:
-    """The pass of all waves between two lengths, in mean edges.
+    """Design a band-pass for the waves between two lengths, in mean edges.
 
     Parameters, errors
         As for :func:`design`.
@@ -127,13 +135,40 @@ def design_band(
     """
     n = L.size
     low, high = from_wavelength(longest, n), from_wavelength(shortest, n)
-    h = band(response(name, low.eigenvalue), response(name, high.eigenvalue))
+    h = check_response(band(family(low.eigenvalue), family(high.eigenvalue)))
     if is_exact(method, n):
-        return Design(eigenbasis.Projection(eigenbasis.complete(L.graph.symmetric_laplacian()), h), h, high, "exact")
-    return Design(approximate(h, tolerance, passed_on), h, high, "chebyshev")
+        return Design(Projection(eigenbasis.full(L.graph.symmetric_laplacian()), h), h, high, "exact")
+    return Design(approximate(h, tolerance, error_gain), h, high, "chebyshev")
 
 
 def is_exact(method: str, vertex_count: int) -> bool:
     """Whether a method means eigenvectors, at that size."""
     method = check_choice("method", method, METHODS)
     return method == "exact" or (method == "auto" and vertex_count <= eigenbasis.DENSE_VERTICES)
+
+
+def _cutoff_of_modes(L: Laplacian, modes: int, mode_count: str, mode_density: Density | None) -> Cutoff:
+    """The cut-off with that many modes below it, without eigenvectors on large meshes."""
+    if L.size <= eigenbasis.DENSE_VERTICES:
+        return eigenbasis.full(L.graph.symmetric_laplacian()).cutoff(modes)
+    cutoff = density.cutoff_of_modes(L, modes) if mode_density is None else mode_density.cutoff(modes)
+    return inertia.cutoff_of_modes(L.graph.symmetric_laplacian(), modes, cutoff) if mode_count == "exact" else cutoff
+
+
+def _keep_modes(S: csr_array, family: Family, modes: int, progress: Progress | None) -> Design:
+    """The exact filter that keeps a number of modes; the cut-off follows from the eigenvalues."""
+    # a response that is zero above its cut-off needs the modes below and one more, to place the cut-off between them
+    vanishes = check_response(family(1.0)).support <= 1.0
+    basis = eigenbasis.lowest_with_gap(S, modes, progress) if vanishes else eigenbasis.full(S, progress)
+    cutoff = basis.cutoff(modes)
+    h = check_response(family(cutoff.eigenvalue))
+    if len(basis.eigenvalues) < S.shape[0] and h.support > cutoff.eigenvalue:  # not at every cut-off
+        basis = eigenbasis.full(S)
+    return Design(Projection(basis, h), h, cutoff, "exact")
+
+
+def _basis_for(S: csr_array, h: Response, progress: Progress | None) -> Eigenbasis:
+    """The eigenvectors at which the response is not known to be zero."""
+    if h.support < 2:
+        return eigenbasis.up_to(S, from_eigenvalue(h.support, S.shape[0]), progress)
+    return eigenbasis.full(S, progress)

@@ -1,4 +1,4 @@
-"""How many eigenvalues lie below a value, exactly: Sylvester's law of inertia.
+"""The exact number of eigenvalues below a value, by Sylvester's law of inertia.
 
 S - x I = L D L^T has as many negative eigenvalues as D has negative entries, and one sparse factorization gives D.
 """
@@ -16,37 +16,38 @@ from meshlab_specsmooth.errors import NotConverged, TooLarge
 from meshlab_specsmooth.runtime import blocks
 from meshlab_specsmooth.spectral.cutoff import Cutoff
 
-# Eigenvalues this close, on a spectrum that is 2 wide, are equal but for rounding
+# Eigenvalues closer than this, on a spectrum of width 2, are equal to rounding
 SAME_EIGENVALUE = 1e-10
 
-# Bytes that a factorization may take
+# Maximum size of a factorization, in bytes
 MEMORY_LIMIT = 2 * 2**30
 
-# Entries of L are FILL n log2 n: 1.6 to 2.9 on ten surfaces of 5k to 37k vertices, rounded up
+# L has FILL n log2 n entries: 1.6 to 2.9 on ten surfaces of 5k to 37k vertices, rounded up
 FILL = 3.5
 
-# L and U, each a value and an index, and once more while they are read
+# L and U, a value and an index each, and a second copy while they are read
 _BYTES_PER_ENTRY = 48
 
-# Without pivoting the factors may grow. Rounding errors are eps times that, so a count is that of a value within 1e-9.
-# On regular tori, whose eigenvalues are multiple, counts were right at a growth of 3e6 and wrong at 3e8.
-_GROWTH = 1e-9 / np.finfo(np.float64).eps
+# Without pivoting the factors may grow. Rounding errors are eps times the growth, so this bounds the shift of the value
+# that is counted at by 1e-9. On regular tori, with multiple eigenvalues, counts were right at a growth of 3e6 and wrong
+# at 3e8.
+_MAX_GROWTH = 1e-9 / np.finfo(np.float64).eps
 
-# A value that cannot be counted at is moved by up to this share of itself, at first by 1e-4 of that
-_REACH = 1e-6
-_STEPS = (0.0, 1e-4, 1e-3, 1e-2, 1e-1, 1.0)
+# A shift at which the factorization is unsound is moved by up to this fraction of itself, in these steps
+_MAX_SHIFT_PERTURBATION = 1e-6
+_PERTURBATION_STEPS = (0.0, 1e-4, 1e-3, 1e-2, 1e-1, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
-class Factored:
-    """S - eigenvalue I, factored, and what its pivots say.
+class ShiftedFactor:
+    """The factorization of S - eigenvalue I, and the number of its negative pivots.
 
     Attributes
     ----------
     lu : SuperLU
     eigenvalue : float
     below : int
-        Eigenvalues of S below this one.
+        Number of eigenvalues of S below ``eigenvalue``.
     """
 
     lu: SuperLU
@@ -55,15 +56,14 @@ class Factored:
 
 
 def factor_bytes(vertex_count: int) -> float:
-    """What :func:`factored` takes at most on the mesh of a surface, by measure."""
+    """Bytes that :func:`factorize` takes at most for the mesh of a surface, as measured."""
     return float(FILL * _BYTES_PER_ENTRY * vertex_count * np.log2(max(vertex_count, 2)))
 
 
 def count_below(S: csr_array, eigenvalue: float) -> int:
-    """The number of eigenvalues of S below a value.
+    """Count the eigenvalues of S below a value.
 
-    A value that is itself an eigenvalue, to rounding, cannot be told from its neighbors: it is moved up until the
-    factorization is sound, by 1e-6 of itself at most.
+    Next to an eigenvalue the factorization is unsound: then the value is increased by at most 1e-6 of itself.
 
     Parameters
     ----------
@@ -74,9 +74,9 @@ def count_below(S: csr_array, eigenvalue: float) -> int:
     Raises
     ------
     TooLarge
-        The factorization would not fit; names its size.
+        The factorization would not fit in memory; the message gives its size.
     NotConverged
-        No sound factorization: next to 1, where S - I has a zero diagonal, or to an eigenvalue with very many copies.
+        There is no sound factorization near 1, where S - I has a zero diagonal, or near a highly multiple eigenvalue.
     """
     n = S.shape[0]
     if eigenvalue <= 0:
@@ -84,11 +84,11 @@ def count_below(S: csr_array, eigenvalue: float) -> int:
     if eigenvalue > 2:
         return int(n)
     _check_fits(n)
-    return factored(S, eigenvalue).below
+    return factorize(S, eigenvalue).below
 
 
 @blocks.one_blas_thread()
-def factored(S: csr_array, eigenvalue: float, reach: float = _REACH) -> Factored:
+def factorize(S: csr_array, eigenvalue: float, perturbation: float = _MAX_SHIFT_PERTURBATION) -> ShiftedFactor:
     """S - eigenvalue I, factored at that eigenvalue or, where that is unsound, near by.
 
     Parameters
@@ -96,29 +96,29 @@ def factored(S: csr_array, eigenvalue: float, reach: float = _REACH) -> Factored
     S : (n, n) csr_array
         Symmetric, spectrum inside [0, 2].
     eigenvalue : float
-    reach : float
-        How far it may be moved, as a share of itself; down where negative.
+    perturbation : float
+        Fraction of itself that the eigenvalue may be moved by; down where negative.
 
     Raises
     ------
     NotConverged
-        No sound factorization within reach.
+        There is no sound factorization within the perturbation.
     """
-    for step in _STEPS:
-        at = eigenvalue * (1 + step * reach)
+    for step in _PERTURBATION_STEPS:
+        at = eigenvalue * (1 + step * perturbation)
         lu = _factor(S, at)
         if lu is not None:
-            return Factored(lu, at, int((lu.U.diagonal() < 0).sum()))
+            return ShiftedFactor(lu, at, int((lu.U.diagonal() < 0).sum()))
     raise NotConverged(
         f"eigenvalues below {eigenvalue:.6g} cannot be counted: the factorization without pivoting is unsound there"
     )
 
 
 def cutoff_of_modes(S: csr_array, modes: int, guess: Cutoff) -> Cutoff:
-    """The cut-off with exactly so many modes below it.
+    """Find the cut-off with exactly the given number of modes below it.
 
-    Equal eigenvalues stay together, as in :meth:`Eigenbasis.kept`: if they straddle, or the null space is larger, more
-    modes are kept than were asked for, and the result says how many.
+    Equal eigenvalues stay together, as in :meth:`Eigenbasis.kept`: where they would be separated, or the null space is
+    larger, more modes are kept, and the result gives their number.
 
     Parameters
     ----------
@@ -127,7 +127,7 @@ def cutoff_of_modes(S: csr_array, modes: int, guess: Cutoff) -> Cutoff:
     modes : int
         1 to n.
     guess : Cutoff
-        Where to start, as from :func:`density.cutoff_of_modes`. A better one takes fewer factorizations.
+        Initial guess, as from :func:`density.cutoff_of_modes`; a better one takes fewer factorizations.
 
     Raises
     ------
@@ -142,11 +142,11 @@ def cutoff_of_modes(S: csr_array, modes: int, guess: Cutoff) -> Cutoff:
     (low, fewer), (high, more) = (0.0, 0), (2.0, n)
     at, step = guess.eigenvalue, 0
     while high - low > SAME_EIGENVALUE:
-        shifted = factored(S, at)
+        shifted = factorize(S, at)
         at, count = shifted.eigenvalue, shifted.below
         if count == wanted:
             return Cutoff(at, count, 0.0)
-        if at >= high:  # moved past it: as near to equal eigenvalues as can be counted
+        if at >= high:  # moved past it: no closer to equal eigenvalues can be counted
             break
         if count < wanted:
             low, fewer = at, count
@@ -154,9 +154,9 @@ def cutoff_of_modes(S: csr_array, modes: int, guess: Cutoff) -> Cutoff:
             high, more = at, count
         step += 1
         if high == 2.0 or low == 0.0:
-            # not enclosed yet: the count grows in proportion, and twice the correction gets to the other side
+            # not bracketed yet: the count is nearly proportional, and twice the correction reaches the other side
             at = float(np.clip(at * (1 + 2 * (wanted - count) / max(count, wanted)), (low + at) / 2, (high + at) / 2))
-        elif step % 3 == 0:  # the secant may keep to one side for ever
+        elif step % 3 == 0:  # the secant may stay on one side forever
             at = (low + high) / 2
         else:
             at = low + (high - low) * (wanted - fewer) / (more - fewer)
@@ -179,6 +179,6 @@ def _factor(S: csr_array, eigenvalue: float) -> SuperLU | None:
         lu = splu(shifted, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     except RuntimeError:  # a pivot is zero
         return None
-    # rows exchanged to get around a zero pivot: U is not D L^T
+    # rows were exchanged because of a zero pivot: U is not D L^T
     exchanged = not np.array_equal(lu.perm_r, lu.perm_c)
-    return None if exchanged or abs(lu.U.data).max() > _GROWTH else lu
+    return None if exchanged or abs(lu.U.data).max() > _MAX_GROWTH else lu
