@@ -22,39 +22,44 @@ COMMON = {"numpy", "scipy"}
 
 #: What a reader wants to find or to add: the package and the definition where it is.
 PLACES = [
-    ("see where the weight (the strength) is chosen", "risk", "choose"),
-    ("see where the noise is measured", "noise", "measure"),
+    ("see where the weight (the strength) is chosen", "risk", "choose_weight"),
+    ("see where the noise is measured", "noise", "estimate"),
     ("see where the cut-off is turned into an eigenvalue", "spectral", "design"),
     ("see where h(L) is applied without eigenvectors", "spectral", "ChebyshevSeries"),
     ("see where step 3, the least squares, is solved", "operators", "solve"),
-    ("see where the boundary is handled", "operators", "Rim"),
-    ("see where selections and features are handled", "smoothing", "_Region"),
-    ("see where edge-aware settings are searched", "edge_aware", "searched"),
+    ("see where the boundary is handled", "operators", "BoundaryCurve"),
+    ("see or change the parameters of a filter and their defaults", "smoothing", "Smoothing"),
+    ("see where selections and features are handled", "smoothing", "ActiveRegion"),
+    ("see where edge-aware settings are searched", "edge_aware", "search_settings"),
     ("see where an automatic result is checked against the noise", "noise", "compare_shapes"),
     ("see where bad input is refused", "geometry", "Surface"),
-    ("see where a MeshSet is changed", "meshlab", "meshset.write"),
+    ("see where a MeshSet is changed", "meshlab", "commit.write"),
     ("add an operator (weights of the Laplacian)", "operators", "LAPLACIANS"),
     ("add a response (transfer function)", "spectral", "RESPONSES"),
     ("add a filter on MeshSets", "meshlab", "mesh_filter"),
-    ("add a kernel over all edges", "graph", "Kernels"),
+    ("add a kernel over all edges", "graph", "VertexKernels"),
     ("add a filter to the comparison", "comparison", "COMPETITORS"),
     ("add a measure to the comparison", "comparison", "MEASURES"),
-    ("add a kind of mesh object that functions accept", "adapters", "accept_meshes"),
+    ("add a kind of mesh object that functions accept", "adapters", "_RECOGNIZERS"),
     ("add a subcommand", "cli", "_COMMANDS"),
 ]
 
 #: The way of the vertices through ``specsmooth denoise in.ply out.ply``.
 JOURNEY = [
     ("cli", "denoise.run", "reads the arguments and calls the steps below"),
-    ("meshlab", "files.read", "loads the file with pymeshlab, once its header is checked"),
+    ("meshlab", "mesh_files.read", "loads the file with pymeshlab, once its header is checked"),
     ("meshlab", "mesh_filter", "checks the parameters and gets vertices (n, 3) and faces (m, 3) from the MeshSet"),
-    ("edge_aware", "denoised", "centers the vertices and scales them to units of the mean edge"),
-    ("smoothing", "assemble", "builds the Laplacian and the barycenter term"),
-    ("noise", "measure", "estimates the noise: its kind, its level, its interval"),
-    ("edge_aware", "searched", "runs candidate settings, isotropic and edge-aware, and estimates the error of each"),
+    ("edge_aware", "denoise_surface", "centers the vertices and scales them to units of the mean edge"),
+    ("operators", "assemble", "builds the Laplacian and the barycenter term"),
+    ("noise", "estimate", "estimates the noise: its kind, its level, its interval"),
+    (
+        "edge_aware",
+        "search_settings",
+        "runs candidate settings, isotropic and edge-aware, and estimates the error of each",
+    ),
     ("operators", "solve", "computes the displacement of an isotropic run by conjugate gradients (step 3)"),
-    ("meshlab", "meshset.write", "puts the new positions into the MeshSet, or leaves it as it was"),
-    ("meshlab", "files.write", "writes a temporary file and moves it to its place"),
+    ("meshlab", "commit.write", "puts the new positions into the MeshSet, or leaves it as it was"),
+    ("meshlab", "mesh_files.write", "writes a temporary file and moves it to its place"),
 ]
 
 TEXT = """# Architecture

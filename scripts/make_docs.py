@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Write the documents that are made from the code and the descriptors.
 
-docs/filters.md (every filter and parameter), the types of the filters, docs/reference.md (the public names),
-docs/architecture.md and docs/architecture.svg.
+docs/filters.md (every filter and parameter), docs/reference.md (the public names), docs/architecture.md with its
+drawing, and the type stubs of the filters and of the functions that take settings.
 
 python3 scripts/make_docs.py
 """
@@ -16,6 +16,7 @@ import bootstrap
 bootstrap.enter("demo")
 
 import reference  # noqa: E402
+import stubs  # noqa: E402
 
 from meshlab_specsmooth.meshlab import descriptors  # noqa: E402
 from meshlab_specsmooth.meshlab.descriptors import Descriptor, Parameter  # noqa: E402
@@ -121,6 +122,7 @@ def documents() -> dict[Path, str]:
         docs / "architecture.md": architecture.page(),
         docs / "architecture.svg": architecture.drawing(),
         bootstrap.ROOT / "meshlab_specsmooth" / "meshlab" / "signatures.pyi": stub(),
+        **{stubs.path_of(module): stubs.make_stub(module) for module in stubs.MODULES},
     }
 
 
