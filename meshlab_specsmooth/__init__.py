@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from meshlab_specsmooth.batching.summary import BatchSummary
     from meshlab_specsmooth.batching.work import Outcome
     from meshlab_specsmooth.comparison.comparison import Comparison
-    from meshlab_specsmooth.comparison.competitors import Competitor
+    from meshlab_specsmooth.comparison.filter_specs import FilterSpec
     from meshlab_specsmooth.edge_aware.api import denoise, smooth_edge_aware
     from meshlab_specsmooth.edge_aware.result import EdgeAwareResult
     from meshlab_specsmooth.edge_aware.settings import Denoising, EdgeAware, EdgeAwareRegion
@@ -100,7 +100,7 @@ _NAMES = {
         "unregister",
     ),
     "comparison.comparison": ("Comparison",),
-    "comparison.competitors": ("Competitor",),
+    "comparison.filter_specs": ("FilterSpec",),
     "edge_aware.api": ("denoise", "smooth_edge_aware"),
     "edge_aware.result": ("EdgeAwareResult",),
     "edge_aware.settings": ("Denoising", "EdgeAware", "EdgeAwareRegion"),
@@ -151,7 +151,6 @@ __all__ = [
     "Choice",
     "ClusterError",
     "Comparison",
-    "Competitor",
     "ConsideredSetting",
     "Denoising",
     "EdgeAware",
@@ -161,6 +160,7 @@ __all__ = [
     "ErrorEstimate",
     "FileError",
     "FilterFailed",
+    "FilterSpec",
     "Gaussian",
     "Heat",
     "Ideal",

@@ -38,7 +38,7 @@ PLACES = [
     ("add a response (transfer function)", "spectral", "RESPONSES"),
     ("add a filter on MeshSets", "meshlab", "mesh_filter"),
     ("add a kernel over all edges", "graph", "VertexKernels"),
-    ("add a filter to the comparison", "comparison", "COMPETITORS"),
+    ("add a filter to the comparison", "comparison", "FILTER_SPECS"),
     ("add a measure to the comparison", "comparison", "MEASURES"),
     ("add a kind of mesh object that functions accept", "adapters", "_RECOGNIZERS"),
     ("add a subcommand", "cli", "_COMMANDS"),

@@ -32,7 +32,7 @@ from scipy.sparse import csr_array, diags_array, eye_array  # noqa: E402
 from scipy.sparse.linalg import eigsh, splu  # noqa: E402
 
 import meshlab_specsmooth as mss  # noqa: E402
-from meshlab_specsmooth.comparison.metrics import add_noise  # noqa: E402
+from meshlab_specsmooth.comparison.noise import gaussian  # noqa: E402
 from meshlab_specsmooth.geometry.surface import Surface  # noqa: E402
 from meshlab_specsmooth.meshlab.filters import apply  # noqa: E402
 from meshlab_specsmooth.operators.laplacians import barycenters  # noqa: E402
@@ -56,7 +56,7 @@ def torus(vertices: int) -> Surface:
         [np.stack(x, axis=1)[y] for x, y in (((a, b, c), one), ((a, c, d), one), ((a, b, d), ~one), ((b, c, d), ~one))]
     )
     clean = Surface(V, F)
-    return Surface(add_noise(clean, 0.2, seed=1), F)
+    return Surface(gaussian(clean, 0.2, seed=1), F)
 
 
 def shuffled(surface: Surface) -> Surface:

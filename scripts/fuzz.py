@@ -686,7 +686,7 @@ def without_mesh(rng: Rng) -> Call:
         )
     fields = ["name", "filter", "parameters", "times", "strength", "holds", "notes", "key"]
     given = {"name": "a", "filter": "apply_coord_taubin_smoothing", fields[rng.integers(len(fields))]: value}
-    return Call(_text("Competitor", None, None, given), lambda: mss.Competitor(**given).call)
+    return Call(_text("FilterSpec", None, None, given), lambda: mss.FilterSpec(**given).call)
 
 
 if __name__ == "__main__":

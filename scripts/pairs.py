@@ -1,6 +1,6 @@
-"""Surfaces made in code, and noisy ones of them: what benchmark_quality.py measures when it is given no pairs.
+"""Synthetic surfaces and noisy versions of them, the default input of benchmark_quality.py.
 
-Each shape is there for a property: sharp edges, smooth parts, both, uneven triangles, an open boundary.
+Each shape has a property to test: sharp edges, smooth parts, both, uneven triangles, an open boundary.
 """
 
 from collections.abc import Callable
@@ -14,7 +14,7 @@ from meshlab_specsmooth.comparison import noise
 from meshlab_specsmooth.geometry.surface import Surface, mean_edge_length
 from meshlab_specsmooth.meshlab.mesh_files import sample
 
-# --- shapes of about so many vertices ---
+# --- shapes with about a given number of vertices ---
 
 
 def block(vertices: int) -> Surface:
@@ -23,7 +23,7 @@ def block(vertices: int) -> Surface:
 
 
 def star(vertices: int) -> Surface:
-    """Sharp: a bar whose section is a star, so that ridges and grooves of several angles meet."""
+    """Sharp: a bar with a star-shaped section, with ridges and grooves of several angles."""
     return remeshed(rod(np.array([1.0, 0.45, 0.8, 0.6, 1.0, 0.4, 0.9, 0.45, 0.7, 0.55]), 0.7), vertices)
 
 
@@ -51,7 +51,7 @@ def bumps(vertices: int) -> Surface:
 
 
 def bunny(vertices: int) -> Surface:
-    """Organic: the Stanford bunny, simplified, with the triangles that this leaves."""
+    """Organic: the Stanford bunny, simplified, with the uneven triangles that result."""
     return _simplified(sample("bunny.obj"), vertices)
 
 
@@ -61,7 +61,7 @@ def uneven_torus(vertices: int) -> Surface:
 
 
 def uneven_block(vertices: int) -> Surface:
-    """Uneven and sharp: the box with a hole, one end of it in triangles of a third of the edge."""
+    """Uneven and sharp: the box with a hole, with edges a third as long at one end."""
     ms = _new(remeshed(cut(box((2, 1.4, 1)), rod(0.35, 2.0)), round(0.45 * vertices)))
     edge = mean_edge_length(_surface(ms))
     ms.compute_selection_by_condition_per_face(condselect="(x0 + x1 + x2) > 2.1")
@@ -70,7 +70,7 @@ def uneven_block(vertices: int) -> Surface:
 
 
 def cow(vertices: int) -> Surface:
-    """Uneven and organic: a modeled animal, subdivided as it is, so that large triangles stay large."""
+    """Uneven and organic: a modeled animal, subdivided without remeshing, so that large triangles stay large."""
     ms = pymeshlab.MeshSet()
     ms.load_new_mesh(str(sample("cow.obj")))
     while ms.current_mesh().vertex_number() < 0.7 * vertices:
@@ -79,7 +79,7 @@ def cow(vertices: int) -> Surface:
 
 
 def relief(vertices: int) -> Surface:
-    """Open: a sheet with waves and a sharp pyramid, on a grid, as a depth camera sees it."""
+    """Open: a sheet with waves and a sharp pyramid on a grid, as from a depth camera."""
     side = round(vertices**0.5)
     x, y = np.meshgrid(np.linspace(-1, 1, side), np.linspace(-1, 1, side), indexing="ij")
     waves = 0.06 * np.sin(4 * x + y) * np.cos(3 * y)
@@ -91,7 +91,7 @@ def relief(vertices: int) -> Surface:
 
 
 def open_block(vertices: int) -> Surface:
-    """Open and sharp: the box with a hole, a corner of it cut away along triangles."""
+    """Open and sharp: the box with a hole, with one corner cut off along triangle edges."""
     ms = _new(block(round(1.15 * vertices)))
     ms.compute_selection_by_condition_per_face(condselect="(x0 + x1 + x2 + y0 + y1 + y2 + z0 + z1 + z2) > 4.2")
     ms.meshing_remove_selected_faces()
@@ -145,7 +145,7 @@ PAIRS = {
 
 
 def make(name: str, vertices: int = 6000, seed: int = 1) -> "tuple[Surface, Surface]":
-    """The noisy surface and the truth of a pair, the same for the same arguments."""
+    """Return the noisy surface and the truth of a pair, deterministically."""
     shape, kind, level = PAIRS[name]
     truth = SHAPES[shape](vertices)
     return Surface(noise.KINDS[kind](truth, level, seed), truth.faces), truth
@@ -170,13 +170,13 @@ def ball(radius: float, center: "tuple[float, float, float]" = (0, 0, 0)) -> Sur
 
 
 def rod(radius: "float | Floats", length: float, sides: int = 96) -> Surface:
-    """A bar along z, round or with a radius for each side."""
+    """Return a bar along z, round or with a radius for each side."""
     radius = np.broadcast_to(radius, np.size(radius) if np.size(radius) > 1 else sides)
     sides = len(radius)
     t = 2 * np.pi * np.arange(sides) / sides
-    rim = np.stack([radius * np.cos(t), radius * np.sin(t), np.full(sides, -length / 2)], axis=1)
+    ring = np.stack([radius * np.cos(t), radius * np.sin(t), np.full(sides, -length / 2)], axis=1)
     ends = np.array([[0, 0, -length / 2], [0, 0, length / 2]])
-    V = np.concatenate([rim, rim + length * np.eye(3)[2], ends])
+    V = np.concatenate([ring, ring + length * np.eye(3)[2], ends])
     a, b = np.arange(sides), (np.arange(sides) + 1) % sides
     low, high = np.full(sides, 2 * sides), np.full(sides, 2 * sides + 1)
     walls = [np.stack([a, b, b + sides], axis=1), np.stack([a, b + sides, a + sides], axis=1)]
@@ -200,7 +200,7 @@ def _boolean(name: str, one: Surface, other: Surface) -> Surface:
 
 
 def remeshed(surface: Surface, vertices: int) -> Surface:
-    """In triangles of about one size, creases kept, so many vertices to a few per cent."""
+    """Remesh in triangles of similar size with creases kept, with ``vertices`` vertices to within a few per cent."""
     corners = surface.vertices[surface.faces]
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum() / 2
     edge = np.sqrt(2 / np.sqrt(3) * area / vertices)
@@ -210,7 +210,7 @@ def remeshed(surface: Surface, vertices: int) -> Surface:
 
 
 def _remesh(ms: pymeshlab.MeshSet, edge: float, selected: bool) -> None:
-    # MeshLab keeps what it was told of the selection for the next call, so it is told at every call
+    # MeshLab keeps the value of selectedonly for the next call, so it is always given
     ms.meshing_isotropic_explicit_remeshing(
         targetlen=pymeshlab.PureValue(edge), iterations=12, featuredeg=25, checksurfdist=False, selectedonly=selected
     )

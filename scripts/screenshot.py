@@ -16,7 +16,8 @@ bootstrap.provide("chromium", "chromium")
 from playwright.sync_api import sync_playwright  # noqa: E402
 
 import meshlab_specsmooth as mss  # noqa: E402
-from meshlab_specsmooth.comparison.metrics import add_noise, normal_error  # noqa: E402
+from meshlab_specsmooth.comparison.metrics import normal_error  # noqa: E402
+from meshlab_specsmooth.comparison.noise import gaussian  # noqa: E402
 from meshlab_specsmooth.meshlab import mesh_files, meshset  # noqa: E402
 from meshlab_specsmooth.report.pictures import Panel, front, picture  # noqa: E402
 
@@ -26,7 +27,7 @@ SIZE = {"width": 1360, "height": 1340}
 def draw_bunny() -> None:
     """Before, after MeshLab's Taubin filter, and after denoising."""
     truth = mss.Surface(*meshset.get_arrays(mesh_files.read(mesh_files.sample("bunny.obj"))))
-    noisy = mss.Surface(add_noise(truth, 0.2, 1), truth.faces)
+    noisy = mss.Surface(gaussian(truth, 0.2, 1), truth.faces)
     taubin = meshset.new(noisy.vertices, noisy.faces)
     taubin.apply_coord_taubin_smoothing()
     smoothed = mss.Surface(*meshset.get_arrays(taubin))

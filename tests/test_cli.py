@@ -18,6 +18,7 @@ import meshlab_specsmooth as mss
 from meshlab_specsmooth.cli import demo, main
 from meshlab_specsmooth.cli.denoise import count_self_intersections
 from meshlab_specsmooth.cli.progress import bar
+from meshlab_specsmooth.comparison.filter_specs import DEMO
 from meshlab_specsmooth.meshlab import mesh_files, meshset
 from meshlab_specsmooth.meshlab.descriptors import load, names
 from meshlab_specsmooth.meshlab.filters import FILTERS
@@ -499,12 +500,12 @@ def test_the_demo_shows_that_ours_is_ahead_and_keeps_the_volume(tmp_path, capsys
     assert table.strip() in capsys.readouterr().out
     rows = {line[:32].strip(): line[32:].split() for line in table.splitlines() if len(line[32:].split()) == 4}
     normals = {name: float(values[0]) for name, values in rows.items() if name}
-    ours = normals.pop(demo.COMPETITORS[-1].name)
-    assert len(normals) == len(demo.COMPETITORS)  # the others, and the noisy surface
+    ours = normals.pop(DEMO[-1].name)
+    assert len(normals) == len(DEMO)  # the others, and the noisy surface
     assert ours < min(normals.values())
-    assert abs(float(rows[demo.COMPETITORS[-1].name][2])) < 0.5
-    for competitor in demo.COMPETITORS:
-        assert f"ms.{competitor.call}" in table
+    assert abs(float(rows[DEMO[-1].name][2])) < 0.5
+    for spec in DEMO:
+        assert f"ms.{spec.call}" in table
 
 
 def test_the_demo_says_which_folder_cannot_be_made(tmp_path, run_here):
@@ -535,7 +536,7 @@ def test_the_demo_refuses_noise_and_seeds_that_there_are_not(tmp_path, capsys, o
 
 @pytest.mark.parametrize("name", ["bunny.png", "table.txt"])
 def test_the_demo_refuses_a_folder_in_the_place_of_its_files_before_it_computes(tmp_path, monkeypatch, capsys, name):
-    monkeypatch.setattr(demo, "side_by_side", None)  # not callable
+    monkeypatch.setattr(demo, "run_side_by_side", None)  # not callable
     (tmp_path / name).mkdir()
     assert main(["demo", "--out", str(tmp_path)]) == 1
     assert capsys.readouterr().err == f"specsmooth: {tmp_path / name}: is a folder\n"

@@ -1,7 +1,6 @@
 import dataclasses
 import json
 import math
-import re
 
 import numpy as np
 import pymeshlab
@@ -9,19 +8,21 @@ import pytest
 
 import meshlab_specsmooth as mss
 from meshlab_specsmooth.cli import main
-from meshlab_specsmooth.comparison import experiment, metrics, noise, shape
-from meshlab_specsmooth.comparison.comparison import MEASURES, shown
-from meshlab_specsmooth.comparison.competitors import COMPETITORS, competitors
+from meshlab_specsmooth.comparison import metrics, noise, runs, shape
+from meshlab_specsmooth.comparison.columns import MEASURES, format_value
 from meshlab_specsmooth.comparison.distances import distances
-from meshlab_specsmooth.comparison.shape import Ruler
+from meshlab_specsmooth.comparison.experiment import SizeLimits, experiment
+from meshlab_specsmooth.comparison.filter_specs import FILTER_SPECS, select_filters
+from meshlab_specsmooth.comparison.measure_context import MeasureContext
 from meshlab_specsmooth.errors import FilterFailed
 from meshlab_specsmooth.isolation import child
 from meshlab_specsmooth.meshlab import meshset, projects
 from meshlab_specsmooth.meshlab.descriptors import Length
 from meshlab_specsmooth.meshlab.filters import FILTERS
 from meshlab_specsmooth.meshlab.measures import hausdorff, self_intersecting_faces
+from meshlab_specsmooth.operators.assemble import assemble_surface
+from meshlab_specsmooth.report import bars, export, page, page_tables, palette, panels, plots, project_layers
 from meshlab_specsmooth.report import compared as report
-from meshlab_specsmooth.report import page, plots
 from tests.meshes import rough, sheet, together, torus
 
 CLEAN = mss.Surface(*torus(60, 40))
@@ -71,37 +72,53 @@ def test_faces_that_run_through_others_are_counted():
     assert not self_intersecting_faces(CLEAN.vertices, CLEAN.faces).any()
 
 
+def context_of(reference, given=None):
+    given = reference if given is None else given
+    return MeasureContext.of(reference, given, assemble_surface(given))
+
+
 @pytest.mark.parametrize("level", [0.1, 0.3])
-def test_the_ruler_sees_white_noise_at_its_level_and_hardly_any_shape(level):
+def test_white_noise_is_measured_at_its_level_and_shape_is_not(level):
     fine = mss.Surface(*torus(160, 100))
-    ruler = Ruler.of(fine, fine)
-    assert ruler.noise_left(fine) < 0.01
+    context = context_of(fine)
+    assert context.noise_left(fine) < 0.01
     for kind in (noise.gaussian, noise.along_normals):
         noisy = mss.Surface(kind(fine, level, 1), fine.faces)
-        assert ruler.noise_left(noisy) == pytest.approx(level, rel=0.03)
-        unknown = Ruler.of(noisy, noisy)  # noise makes edges longer
-        assert unknown.noise_left(noisy) * unknown.edge == pytest.approx(level * ruler.edge, rel=0.05)
+        assert context.noise_left(noisy) == pytest.approx(level, rel=0.03)
+        without_truth = context_of(noisy)  # noise makes edges longer
+        measured = without_truth.noise_left(noisy) * without_truth.edge
+        assert measured == pytest.approx(level * context.edge, rel=0.05)
 
 
-def test_the_ruler_sees_what_moves_and_not_what_is_noise():
-    edge = Ruler.of(CLEAN, CLEAN).edge
-    grown = mss.Surface(CLEAN.vertices + 0.5 * edge * Ruler.of(CLEAN, CLEAN).normals, CLEAN.faces)
-    ruler = Ruler.of(CLEAN, CLEAN)
-    assert ruler.offset(grown) == pytest.approx(0.5, rel=1e-3)
-    assert ruler.displacement(grown) == pytest.approx(0.5, rel=1e-9)
-    assert ruler.feature_loss(grown) == pytest.approx(0.5, rel=0.1)
-    assert ruler.feature_loss(mss.Surface(*rough(torus(60, 40), 0.5))) < 0.15
-    assert ruler.noise_left(grown) < 0.02 + ruler.noise_left(CLEAN)
+def test_displacement_of_shape_is_measured_and_noise_is_averaged_out():
+    context = context_of(CLEAN)
+    grown = mss.Surface(CLEAN.vertices + 0.5 * context.edge * context.normals, CLEAN.faces)
+    assert context.offset(grown) == pytest.approx(0.5, rel=1e-3)
+    assert context.displacement(grown) == pytest.approx(0.5, rel=1e-9)
+    assert context.feature_loss(grown) == pytest.approx(0.5, rel=0.1)
+    assert context.feature_loss(mss.Surface(*rough(torus(60, 40), 0.5))) < 0.15
+    assert context.noise_left(grown) < 0.02 + context.noise_left(CLEAN)
+
+
+def test_vertices_without_an_edge_do_not_change_measures():
+    V, F = rough(torus(20, 12))
+    alone = np.concatenate([[[50.0, 0, 0]], V])
+    values = []
+    for X, faces in ((V, F), (alone, F + 1)):
+        surface = mss.Surface(X, faces)
+        context, result = context_of(surface), mss.Surface(X + 0.1 * np.sin(X), faces)
+        names = ("noise_left", "feature_loss", "offset", "displacement")
+        values.append([*(getattr(context, name)(result) for name in names), *context.curvature(result)[-len(V) :]])
+    assert values[1] == pytest.approx(values[0], rel=1e-9)
 
 
 @pytest.mark.parametrize("factor", [1e-6, 1e6])
 def test_measures_do_not_depend_on_the_unit(factor):
     V, F = rough(torus(20, 12))
     plain, scaled = (mss.Surface(f * V, F) for f in (1.0, factor))
-    # not a clean torus: there all vertices of a ring curve alike, and rounding says which are the features
-    clean = [mss.Surface(f * rough(torus(20, 12), 0.1, seed=3)[0], F) for f in (1.0, factor)]
+    clean = [mss.Surface(f * torus(20, 12)[0], F) for f in (1.0, factor)]
     for name in ("noise_left", "feature_loss", "offset", "displacement"):
-        a, b = (getattr(Ruler.of(c, c), name)(s) for c, s in zip(clean, (plain, scaled), strict=True))
+        a, b = (getattr(context_of(c), name)(s) for c, s in zip(clean, (plain, scaled), strict=True))
         assert b == pytest.approx(a, rel=1e-8, abs=1e-12)
     assert shape.triangle_quality(scaled) == pytest.approx(shape.triangle_quality(plain))
     assert shape.dihedral_deviation(scaled) == pytest.approx(shape.dihedral_deviation(plain))
@@ -157,16 +174,16 @@ def test_shares_of_the_diagonal_are_meshlab_s_percentages():
     assert np.array_equal(ran.vertices, ms.current_mesh().vertex_matrix())
 
 
-# --- who is compared ---
+# --- the catalog of filters ---
 
 
 def test_every_short_name_is_a_filter_and_its_strengths_are_its_parameters():
     V, F = rough(torus(20, 12))
     known = {*pymeshlab.filter_list(), *FILTERS}
-    for key, competitor in COMPETITORS.items():
-        assert competitor.key == key
-        assert competitor.filter in known
-        gentle = competitor.at(competitor.strength.values[0], len(V)) if competitor.strength else competitor
+    for key, spec in FILTER_SPECS.items():
+        assert spec.key == key
+        assert spec.filter in known
+        gentle = spec.with_strength(spec.strength.values[0], len(V)) if spec.strength else spec
         ran = child.run(V, F, gentle.filter, gentle.parameters, gentle.times)
         assert ran.vertices.shape == V.shape
 
@@ -174,26 +191,26 @@ def test_every_short_name_is_a_filter_and_its_strengths_are_its_parameters():
 @pytest.mark.parametrize(
     "wrong", ["taubn", "f(", "apply_coord_taubin_smoothing(3)", "apply_coord_x(a=open('x'))", "a.b(c=1)"]
 )
-def test_what_is_no_filter_is_refused(wrong):
+def test_unknown_filters_are_refused(wrong):
     with pytest.raises(mss.InvalidParameter, match="it must be one of denoise, laplacian"):
-        competitors([wrong])
+        select_filters([wrong])
 
 
-def test_denoise_comes_first_and_is_held_at_what_it_chose():
-    first = competitors()[0]
+def test_denoise_comes_first_and_its_choice_becomes_its_parameters():
+    first = select_filters()[0]
     assert (first.key, first.name, first.filter) == ("denoise", "specsmooth denoise", "apply_coord_spectral_denoising")
     chosen = {"start": "given", "strength": 2.0, "range_sigma": 0.3, "iterations": 5, "barycenter_weight": 0.4}
-    held = experiment._held(first, child.Ran(CLEAN.vertices, chosen, 0.1))
-    assert (held.filter, held.parameters) == ("apply_coord_edge_aware_smoothing", chosen)
+    fixed = runs.with_chosen(first, child.Ran(CLEAN.vertices, chosen, 0.1))
+    assert (fixed.filter, fixed.parameters) == ("apply_coord_edge_aware_smoothing", chosen)
     # no setting of that filter is the isotropic one
-    assert experiment._held(first, child.Ran(CLEAN.vertices, chosen | {"iterations": 0}, 0.1)) is first
+    assert runs.with_chosen(first, child.Ran(CLEAN.vertices, chosen | {"iterations": 0}, 0.1)) is first
 
 
 def test_filters_are_named_once_and_at_least_one():
     with pytest.raises(mss.InvalidParameter, match="twice"):
-        competitors(["taubin", "taubin"])
+        select_filters(["taubin", "taubin"])
     with pytest.raises(mss.InvalidParameter, match="empty"):
-        competitors([])
+        select_filters([])
 
 
 # --- the comparison ---
@@ -203,9 +220,9 @@ def test_rows_are_what_the_filters_give(found):
     V = found.given.vertices
     rows = {row.name: row for row in found.rows}
     for key in ("taubin", "automatic"):
-        competitor = COMPETITORS[key]
-        expected = child.run(V, CLEAN.faces, competitor.filter, competitor.parameters)
-        row = rows[competitor.name]
+        spec = FILTER_SPECS[key]
+        expected = child.run(V, CLEAN.faces, spec.filter, spec.parameters)
+        row = rows[spec.name]
         # ours sums over threads
         assert row.surface.vertices == pytest.approx(expected.vertices, abs=1e-9)
         assert row.values["normal_error"] == pytest.approx(metrics.normal_error(row.surface, CLEAN))
@@ -232,102 +249,113 @@ def test_estimated_errors_are_near_the_true_ones_and_rank_alike(found):
     for row in rows:
         assert row.values["estimated_error"] == pytest.approx(row.values["true_error"], rel=0.1, abs=0.03)
     assert found.correlation > 0.99
-    assert found.best is min(rows, key=lambda row: row.values["true_error"])
-    names = [row.name for row in (found.best, *found.level)]
-    assert re.fullmatch(rf"Take {names[0]} .* or {names[1]} .*: they are level; the truth agrees", found.headline())
-    assert found.best.behind == 0
+    assert found.trusted
+    assert found.choice is found.best is found.closest is min(rows, key=lambda row: row.values["true_error"])
+    assert found.best.gap == 0
+    assert found.tied[0] is found.ranked[1]
 
 
 @pytest.mark.no_cover
-def test_noise_that_no_estimate_is_made_for_has_no_winner_but_by_the_truth():
+def test_for_correlated_noise_there_is_no_choice_without_the_truth():
     V, F = torus(120, 80)
-    ruler = Ruler.of(mss.Surface(V, F), mss.Surface(V, F))
-    shared = np.random.default_rng(3).standard_normal(len(V))
-    for _ in range(4):
-        shared = ruler.walk @ shared
-    X = V + 0.3 * ruler.edge / shared.std() * shared[:, None] * ruler.normals
+    context = context_of(mss.Surface(V, F))
+    shared = context.average(np.random.default_rng(3).standard_normal(V.shape), 4)[:, :1]
+    X = V + 0.3 * context.edge / shared.std() * shared * context.normals
     blind = mss.compare((X, F), filters=["umbrella", "taubin"])
-    assert blind.noise.kind == "correlated"
+    assert (blind.noise.kind, blind.trusted) == ("correlated", False)
     assert (blind.choice, blind.closest) == (None, None)
-    assert blind.headline() == "No winner by numbers: neighboring vertices share this noise"
-    assert "a hint at most" in blind.reasons()[0]
-    seen = mss.compare((X, F), ground_truth=(V, F), filters=["umbrella", "taubin"])
-    assert seen.choice is min(seen.rows, key=lambda row: row.values["true_error"])
-    assert seen.headline() == f"Take {seen.choice.name}: so says the truth (on this noise no estimate could)"
+    known = mss.compare((X, F), ground_truth=(V, F), filters=["umbrella", "taubin"])
+    assert not known.trusted
+    assert known.choice is known.closest is min(known.rows, key=lambda row: row.values["true_error"])
 
 
-def test_a_headline_says_when_the_truth_has_another_first(found):
-    other = next(row for row in found.ranked[1:] if not row.failure)
-    nearer = dataclasses.replace(other, values={**other.values, "true_error": 0.0})
-    doubted = dataclasses.replace(found, rows=tuple(nearer if row is other else row for row in found.rows))
-    assert doubted.headline().startswith(f"Take {found.best.name}")
-    assert doubted.headline().endswith(f"; by the truth {other.name} is closer")
-    alone = doubted
-    for row in doubted.level:
-        alone = with_row(alone, row, {}, behind=1.0)
-    assert alone.headline() == f"Take {found.best.name}; by the truth {other.name} is closer"
-    assert any(f"{other.name} is the closest: 0.000" in reason for reason in doubted.reasons())
-
-
-def test_rows_that_are_level_are_in_the_headline_with_their_price(found):
+def test_rows_within_their_uncertainty_are_tied(found):
     slow = with_row(found, found.best, {"seconds": 2.0})
-    tied = with_row(slow, slow.ranked[1], {"seconds": 0.05}, behind=0.001, behind_uncertainty=0.01)
-    names = [row.name for row in tied.ranked]
-    assert tied.headline() == (
-        f"Take {names[0]} (2.00 s) or {names[1]} (0.05 s, 40 times faster): they are level; the truth agrees"
-    )
-    assert any(f"{names[1]} (0.05 s, 40 times faster); {names[0]} takes 2.00 s" in text for text in tied.reasons())
-    curve, point = next(pair for pair in tied.tuned if not pair[0].competitor.ours)
-    near = {"estimated_error": 1.02 * tied.best.values["estimated_error"], "seconds": 0.1}
-    changed = dataclasses.replace(curve, points=(dataclasses.replace(point, values={**point.values, **near}),))
-    tuned = dataclasses.replace(tied, curves=tuple(changed if each is curve else each for each in tied.curves))
-    assert any("(level, 20 times faster): ms.apply_coord_" in text for text in tuned.reasons())
-    rows = page._tables(tied, page_rows(tied))[0]["rows"]
-    assert [row["cells"][0]["best"] for row in rows[:3]] == [True, True, False]
-    untouched = with_row(tied, tied.rows[0], {}, behind=0.002, behind_uncertainty=0.01)
-    assert f"{names[0]} (2.00 s), the mesh as it is or 1 other: they are level" in untouched.headline()
+    tied = with_row(slow, slow.ranked[1], {"seconds": 0.05}, gap=0.001, gap_uncertainty=0.01)
+    assert tied.ranked[1] in tied.tied
+    tables, _ = page_tables.make_tables(tied, palette.row_colors(tied))
+    assert [row["cells"][0]["best"] for row in tables[0]["rows"][:3]] == [True, True, False]
+    apart = with_row(tied, tied.ranked[1], {}, gap=1.0)
+    assert apart.ranked[1] not in apart.tied
 
 
-def page_rows(found):
-    painted = plots.colors(found)
-    return [page._table_row(found, row, painted, []) for row in found.ranked]
-
-
-def test_an_estimate_that_cannot_be_told_from_zero_is_a_bound(found):
+def test_an_estimate_below_its_uncertainty_is_a_bound(found):
     bound = with_row(found, found.best, {"estimated_error": 0.0}, uncertainty=0.038)
     texts = [bound.headline(), *bound.reasons(), str(bound), bound._repr_html_()]
-    cells = page_rows(bound)[0]["cells"]
-    bar = page._bars(bound, plots.colors(bound))[0]
+    colors = palette.row_colors(bound)
+    cells = page_tables.make_tables(bound, colors)[0][0]["rows"][0]["cells"]
+    bar = bars.make_bars(bound, colors)[0]
     assert (cells[0]["shown"], bar["shown"], bar["bound"]) == ("at most 0.038",) * 2 + (True,)
     assert 0 < bar["width"] < 100
-    assert page._caption(bound.best).startswith("error at most 0.038")
+    assert panels.make_caption(bound.best).startswith("error at most 0.038")
     assert sum("at most 0.038" in text for text in texts) == 3
     assert not any("0.000 ±" in text or "not comparable" in text for text in texts)
 
 
-def test_where_noise_cannot_be_told_from_shape_there_are_no_estimates():
+def test_without_a_noise_level_there_are_no_estimates():
     compared = mss.compare(torus(6, 5), filters=["taubin"])
-    assert compared.noise.kind == "unclear"
-    assert compared.headline() == "No winner by numbers: noise cannot be told from shape on these triangles"
-    assert compared.reasons() == (
-        "There are fewer than 50 vertices, so no error can be estimated. Look at the surfaces.",
-    )
+    assert (compared.noise.kind, compared.trusted, compared.choice) == ("unclear", False, None)
     assert all("estimated_error" not in row.values for row in compared.rows)
     assert "estimated" not in str(compared)
-    assert page._noise_words(compared) == "noise and shape cannot be told apart"
-    assert "at most" in page._noise_details(compared)
-    assert page._bars(compared, plots.colors(compared))[0]["shown"] == "0.000"
-    assert "move" in page._bar_words(compared)
-    assert all(math.isfinite(x) for x in page._range(compared, page._COLOURINGS[1]))
-    assert len(plots.curves(compared)) == 3
-    blind = dataclasses.replace(compared.noise, reason=None)
+    assert "at most" in page.explain_noise(compared)
+    assert bars.bar_measure(compared).key == "displacement"
+    assert bars.make_bars(compared, palette.row_colors(compared))[0]["shown"] == "0.000"
+    assert all(math.isfinite(x) for x in palette.color_range(compared, palette.COLORINGS[1]))
+    assert len(plots.plot_curves(compared)) == 3
     true = dataclasses.replace(compared.rows[1], values={**compared.rows[1].values, "true_error": 0.1})
-    known = dataclasses.replace(compared, noise=blind, rows=(compared.rows[0], true))
-    assert known.headline() == "Take MeshLab Taubin: so says the truth (on these triangles no estimate could)"
+    known = dataclasses.replace(compared, rows=(compared.rows[0], true))
+    assert known.choice is true
+
+
+def test_the_words_of_a_comparison(found):
+    """Headlines and reasons; other tests check the data behind them."""
+    names = [row.name for row in found.ranked]
+    slow = with_row(found, found.best, {"seconds": 2.0})
+    tied = with_row(slow, slow.ranked[1], {"seconds": 0.05}, gap=0.001, gap_uncertainty=0.01)
+    assert tied.headline() == (
+        f"Take {names[0]} (2.00 s) or {names[1]} (0.05 s, 40 times faster): they are tied; the truth agrees"
+    )
+    assert any(f"{names[1]} (0.05 s, 40 times faster); {names[0]} takes 2.00 s" in text for text in tied.reasons())
+    three = with_row(tied, tied.rows[0], {}, gap=0.002, gap_uncertainty=0.01)
+    assert f"{names[0]} (2.00 s), the mesh as it is or 1 other: they are tied" in three.headline()
+    curve, point = next(pair for pair in tied.tuned if not pair[0].spec.ours)
+    near = {"estimated_error": 1.02 * tied.best.values["estimated_error"], "seconds": 0.1}
+    changed = dataclasses.replace(curve, points=(dataclasses.replace(point, values={**point.values, **near}),))
+    tuned = dataclasses.replace(tied, curves=tuple(changed if each is curve else each for each in tied.curves))
+    assert any("(tied, 20 times faster): ms.apply_coord_" in text for text in tuned.reasons())
+
+    other = found.ranked[2]
+    doubted = with_row(found, other, {"true_error": 0.0})
+    for row in doubted.tied:
+        doubted = with_row(doubted, row, {}, gap=1.0)
+    assert doubted.headline() == f"Take {names[0]}; {other.name} is closer to the truth"
+    assert any(f"{other.name} is the closest: 0.000" in reason for reason in doubted.reasons())
+    alone = dataclasses.replace(doubted, truth=None, rows=tuple(map(without_truth, doubted.rows)))
+    assert alone.headline() == f"Take {names[0]}"
+
+    failed = found.rows[-1].name
+    assert any(reason == f"Failed on this mesh: {failed}." for reason in found.reasons())
+    quiet = dataclasses.replace(alone, noise=dataclasses.replace(found.noise, kind="none"))
+    assert quiet.headline() == "Leave the mesh as it is: it has no measurable noise"
+    shared = dataclasses.replace(alone, noise=dataclasses.replace(found.noise, kind="correlated"))
+    assert shared.headline() == "No recommendation: the noise is correlated between neighboring vertices"
+    assert "a hint at most" in shared.reasons()[0]
+    seen = dataclasses.replace(found, noise=shared.noise)
+    assert seen.headline().endswith("it is the closest to the truth (no valid error estimate for this noise)")
+    unclear = dataclasses.replace(alone, noise=dataclasses.replace(found.noise, kind="unclear", reason="it is small"))
+    assert unclear.headline() == "No recommendation: noise cannot be separated from shape on these triangles"
+    assert unclear.reasons()[0] == "It is small, so no error can be estimated. Look at the surfaces."
+    assert page.describe_noise(unclear).startswith("noise cannot be separated from shape")
+    assert repr(found) == f"<Comparison: 6 filters on mesh: {found.headline()}>"
+
+
+def without_truth(row):
+    known = {"true_error", "surface_error"}
+    return dataclasses.replace(row, values={key: value for key, value in row.values.items() if key not in known})
 
 
 def test_numbers_that_round_to_zero_have_no_sign(found):
-    assert shown(MEASURES["volume"], -0.0004) == shown(MEASURES["volume"], 0.0004) == "0.000"
+    assert format_value(MEASURES["volume"], -0.0004) == format_value(MEASURES["volume"], 0.0004) == "0.000"
     best = with_row(found, found.best, {"volume": -0.0001})
     assert "-0.000" not in " ".join([*best.reasons(), str(best)])
 
@@ -337,12 +365,11 @@ def test_a_wrong_noise_level_is_part_of_the_uncertainty(found):
     given, level = found.rows[0], found.noise
     deviation = (level.high - level.low) / 4 / found.edge
     assert given.uncertainty == pytest.approx(deviation, rel=0.05)
-    tight = {key: getattr(given, key) for key in ("behind", "behind_uncertainty")}
-    assert tight["behind"] > 2 * tight["behind_uncertainty"] > 0
+    assert given.gap > 2 * given.gap_uncertainty > 0
 
 
 @pytest.mark.no_cover
-def test_filters_that_choose_are_held_at_every_strength():
+def test_automatic_parameters_are_fixed_at_every_strength():
     compared = mss.compare(rough(torus(16, 10)), filters=["edge-aware"])
     (curve,) = compared.curves
     assert all("estimated_error" in point.values for point in curve.points)
@@ -363,7 +390,7 @@ def test_transfer_functions_are_those_of_the_filters(found):
 
     MeshLab's umbrella counts each neighbor twice and the vertex itself once: at valence 6 a step is 1 - 12/13 l.
     """
-    measured = {row.competitor.key: row.response for row in found.rows[1:-1]}
+    measured = {row.spec.key: row.response for row in found.rows[1:-1]}
     x = found.eigenvalues
     inner = (x > 0.1) & np.isfinite(measured["taubin"])  # where there are more than a few waves a band
     assert inner.sum() > 15
@@ -404,31 +431,28 @@ def test_a_truth_with_other_faces_gives_what_needs_no_correspondence():
 
 def test_a_clean_mesh_is_to_be_left_alone():
     compared = mss.compare(mss.Surface(*torus(120, 80)), filters=["laplacian"])
-    assert compared.best is compared.rows[0]
-    assert compared.headline().startswith("Leave it as it is")
+    assert compared.choice is compared.best is compared.rows[0]
 
 
-def test_large_meshes_are_swept_on_a_part(monkeypatch):
-    monkeypatch.setattr(experiment, "_WHOLE", 1000)
-    monkeypatch.setattr(experiment, "_SAMPLE", 700)
-    compared = experiment.experiment(CLEAN, added=0.2, filters=["taubin", "scale-dependent"])
+def test_large_meshes_are_swept_on_a_part():
+    limits = SizeLimits(whole=1000, part=700)
+    compared = experiment(CLEAN, added=0.2, filters=["taubin", "scale-dependent"], limits=limits)
     assert len(compared.sample.vertices) == 700
     assert compared.rows[1].surface.vertices.shape == CLEAN.vertices.shape
     assert compared.rows[1].response is not None
-    assert compared.rows[1].uncertainty > 0  # of the noise level: one probe says nothing of its scatter
+    assert compared.rows[1].uncertainty > 0  # of the noise level, as one probe has no scatter
     assert len(compared.curves[0].points) > 2
 
 
-def test_larger_ones_run_once_and_say_what_is_left_out(monkeypatch):
-    for name, limit in (("_WHOLE", 1000), ("_ONCE", 2000), ("_SAMPLE", 4000)):
-        monkeypatch.setattr(experiment, name, limit)
+def test_filters_run_once_on_larger_meshes_and_the_reasons_tell_what_is_left_out():
     clean = mss.Surface(*torus(90, 60))
-    compared = experiment.experiment(clean, added=0.2, filters=["taubin", "automatic"])
-    assert compared.once
+    limits = SizeLimits(whole=1000, repeated=2000, part=4000)
+    compared = experiment(clean, added=0.2, filters=["taubin", "automatic"], limits=limits)
+    assert compared.single_run
     assert compared.probes == 1
     for row in compared.rows:
         assert row.surface.vertices.shape == clean.vertices.shape
-        # on the part, the error of the whole
+        # the error on the part is that of the whole
         assert row.values["estimated_error"] == pytest.approx(row.values["true_error"], rel=0.25, abs=0.03)
         assert not {"intersections", "hausdorff", "surface_error"} & set(row.values)
         assert row.colors["error"].shape == (len(clean.vertices),)
@@ -488,24 +512,26 @@ def test_the_mesh_as_given_keeps_its_own_colors(found, tmp_path):
     opaque = np.c_[faces, np.ones(len(faces))]
     ms.add_mesh(pymeshlab.Mesh(CLEAN.vertices, CLEAN.faces, f_color_matrix=opaque))
     read = report.with_colors(found, ms)
-    assert read.vertex_colors is None  # pymeshlab's white is nobody's color
-    layers = page._layers(read)
+    assert read.vertex_colors is None  # pymeshlab colors all vertices white
+    layers = project_layers.make_layers(read)
     projects.write(tmp_path / "p.mlp", layers[:2])
     ms = pymeshlab.MeshSet()
     ms.load_project(str(tmp_path / "p.mlp"))
     assert ms.mesh(0).face_color_matrix()[:, :3] == pytest.approx(faces, abs=1 / 255)
     assert [mesh.has_face_color() for mesh in ms] == [True, False]
     assert layers[0].label == "as given (its own colors)"
-    assert not np.ptp(layers[1].colors, axis=0).any()  # the truth is off by nothing
+    assert not np.ptp(layers[1].colors, axis=0).any()  # the distance of the truth is 0
     assert report.with_colors(found, CLEAN) is found
 
 
-def test_labels_of_layers_have_no_dots_and_tell_the_range(found):
-    labels = [layer.label for layer in page._layers(found)]
-    assert all(label.endswith("% of an edge off)") and "." not in label for label in labels)
-    moved = dataclasses.replace(found.rows[1].competitor, name="f(lambda_=0.5)")
+def test_labels_of_layers_have_no_dots_and_state_the_range(found):
+    labels = [layer.label for layer in project_layers.make_layers(found)]
+    assert all(label.endswith("% of an edge from the truth)") and "." not in label for label in labels)
+    moved = dataclasses.replace(found.rows[1].spec, name="f(lambda_=0.5)")
     (label,) = [
-        each.label for each in page._layers(with_row(found, found.rows[1], {}, competitor=moved)) if "f(" in each.label
+        each.label
+        for each in project_layers.make_layers(with_row(found, found.rows[1], {}, spec=moved))
+        if "f(" in each.label
     ]
     assert label.startswith("f(lambda_=0,5) (blue 0, red ")
 
@@ -546,15 +572,15 @@ def test_errors_are_one_line(scan, tmp_path, capsys, arguments, code, words):
 
 
 def test_a_failure_leaves_no_empty_folder(found, tmp_path, monkeypatch):
-    page.check_folder(tmp_path / "a" / "b")
+    export.check_folder(tmp_path / "a" / "b")
     assert not (tmp_path / "a").exists()
 
     def full(*_):
         raise mss.FileError("no space left")
 
-    monkeypatch.setattr(page.files, "write_text", full)
+    monkeypatch.setattr(export.atomic, "write_text", full)
     with pytest.raises(mss.FileError, match="no space left"):
-        page.write(found, tmp_path / "a" / "b")
+        export.write(found, tmp_path / "a" / "b")
     assert not (tmp_path / "a").exists()
 
 

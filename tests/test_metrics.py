@@ -3,12 +3,12 @@ import pymeshlab
 import pytest
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth.comparison import noise, side_by_side
-from meshlab_specsmooth.comparison.competitors import Competitor
+from meshlab_specsmooth.comparison import noise, side_by_side, tables
 from meshlab_specsmooth.comparison.distances import distances
+from meshlab_specsmooth.comparison.filter_specs import FilterSpec
 from meshlab_specsmooth.comparison.metrics import (
-    add_noise,
     flipped,
+    measure_errors,
     normal_error,
     surface_error,
     vertex_error,
@@ -60,40 +60,46 @@ def test_the_volume_change_is_that_of_meshlab_s_measure():
 
 
 def test_noise_has_its_level_and_its_seed():
-    noisy = changed(CLEAN, add_noise(CLEAN, 0.3, seed=4))
+    noisy = changed(CLEAN, noise.gaussian(CLEAN, 0.3, seed=4))
     assert vertex_error(noisy, CLEAN) == pytest.approx(0.3 * np.sqrt(3), rel=0.05)
-    assert np.array_equal(add_noise(CLEAN, 0.3, seed=4), noisy.vertices)
-    assert not np.array_equal(add_noise(CLEAN, 0.3, seed=5), noisy.vertices)
+    assert np.array_equal(noise.gaussian(CLEAN, 0.3, seed=4), noisy.vertices)
+    assert not np.array_equal(noise.gaussian(CLEAN, 0.3, seed=5), noisy.vertices)
 
 
-def test_side_by_side_runs_ours_and_meshlab_s_on_the_same_input():
+def test_filters_of_both_sides_run_on_the_same_input():
     V, _ = rough(torus())
-    competitors = [
-        Competitor("Taubin", "apply_coord_taubin_smoothing", {"stepsmoothnum": 2}),
-        Competitor("ours", "apply_coord_spectral_smoothing", {"barycenter_weight": 0.3}),
+    specs = [
+        FilterSpec("Taubin", "apply_coord_taubin_smoothing", {"stepsmoothnum": 2}),
+        FilterSpec("ours", "apply_coord_spectral_smoothing", {"barycenter_weight": 0.3}),
     ]
-    rows = list(side_by_side.side_by_side(CLEAN, V, competitors))
+    rows = list(side_by_side.run_side_by_side(CLEAN, V, specs))
+    assert [row.name for row in rows] == ["as given", "Taubin", "ours"]
+    assert np.array_equal(rows[0].surface.vertices, V)
     ms = meshset.new(V, CLEAN.faces)
     ms.apply_coord_taubin_smoothing(stepsmoothnum=2)
-    assert np.array_equal(rows[0].surface.vertices, ms.current_mesh().vertex_matrix())
+    assert np.array_equal(rows[1].surface.vertices, ms.current_mesh().vertex_matrix())
     ours = mss.smooth(V, CLEAN.faces, barycenter_weight=0.3).vertices
-    assert np.array_equal(rows[1].surface.vertices, ours)
-    assert rows[1].call == "apply_coord_spectral_smoothing(barycenter_weight=0.3)"
+    assert np.array_equal(rows[2].surface.vertices, ours)
+    assert rows[2].call == "ms.apply_coord_spectral_smoothing(barycenter_weight=0.3)"
     for row in rows:
-        assert row.normal_error == normal_error(row.surface, CLEAN)
-        assert row.vertex_error == vertex_error(row.surface, CLEAN)
-        assert row.seconds > 0
-    lines = side_by_side.table(rows).splitlines()
-    assert len(lines) == 4
-    assert lines[3].startswith("ours ")
-    assert f"{rows[1].normal_error:.2f}" in lines[3]
+        assert list(row.values) == [column.key for column in side_by_side.COLUMNS]
+        assert row.values["normal_error"] == normal_error(row.surface, CLEAN)
+        assert row.values["vertex_error"] == vertex_error(row.surface, CLEAN)
+        assert row.values["volume"] == volume_change(row.surface, CLEAN)
+        assert (row.values["seconds"] > 0) == (row.spec is not None)
+    lines = tables.format_rows(rows, side_by_side.COLUMNS).splitlines()
+    assert len(lines) == 5
+    assert lines[4].startswith("ours ")
+    assert f"{rows[2].values['normal_error']:.2f}" in lines[4]
 
 
 def test_on_a_sheet_the_metrics_need_no_closedness():
     clean = mss.Surface(*sheet())
     noisy = changed(clean, rough(sheet())[0])
-    assert normal_error(noisy, clean) > 5
-    assert vertex_error(noisy, clean) > 0.1
+    errors = measure_errors(noisy, clean)
+    assert errors["normal_error"] > 5
+    assert errors["vertex_error"] > 0.1
+    assert "volume" not in errors
 
 
 def nearest_by_brute_force(points, surface):

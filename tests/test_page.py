@@ -10,7 +10,8 @@ import pymeshlab
 import pytest
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth.report import page
+from meshlab_specsmooth.geometry.decimate import cluster_vertices
+from meshlab_specsmooth.report import export
 from tests.meshes import rough, sheet, torus
 
 sync_api = pytest.importorskip("playwright.sync_api")
@@ -152,8 +153,8 @@ def test_values_under_the_mouse(opened):
     said = tip.inner_text().splitlines()
     assert re.fullmatch(r"vertex \d+", said[0])
     figures = dict(line.split(": ") for line in said[1:])
-    assert list(figures) == ["distance to the truth", "distance moved", "curvature"]
-    assert 0 < float(figures["distance moved"].split()[0]) < 1.5
+    assert list(figures) == ["distance to the truth", "displacement", "curvature"]
+    assert 0 < float(figures["displacement"].split()[0]) < 1.5
     opened.mouse.move(box["x"] + box["width"] / 2, box["y"] + 15)
     tip.wait_for(state="hidden", timeout=5000)
     opened.locator(".bar").first.hover()
@@ -202,7 +203,7 @@ def test_windows_of_any_width_show_all(opened):
 @in_a_browser
 def test_tables_sort_and_what_failed_stays_last(opened):
     table = opened.locator("table.sortable").first
-    column = table.locator("thead th").all_inner_texts().index("normals off\ndegrees")
+    column = table.locator("thead th").all_inner_texts().index("normal error\ndegrees")
     for direction in (1, -1):
         table.locator("thead th").nth(column).click()
         rows = table.locator("tbody tr")
@@ -265,16 +266,16 @@ def test_the_project_has_a_layer_a_result_with_its_error(folder):
     ms.load_project(str(folder / "comparison.mlp"))
     labels = [mesh.label() for mesh in ms]
     assert [label.split(" (")[0] for label in labels[:3]] == ["as given", "the truth", "specsmooth automatic"]
-    assert all(re.fullmatch(r"[^.]+ \(blue 0, red \d+ % of an edge off\)", label) for label in labels)
+    assert all(re.fullmatch(r"[^.]+ \(blue 0, red \d+ % of an edge from the truth\)", label) for label in labels)
     assert len(labels) == 4
     assert ms.mesh(1).vertex_scalar_array().max() == 0
     assert ms.mesh(0).vertex_scalar_array().max() > 0
     assert ms.mesh(0).has_vertex_color()
 
 
-def test_large_meshes_are_thinned_out_for_the_display_alone():
+def test_decimation_keeps_the_shape():
     V, F = torus(200, 120)
-    kept, faces = page.clustered(V, F.astype(np.int32), 5000)
+    kept, faces = cluster_vertices(V, F.astype(np.int32), 5000)
     assert 2000 < len(kept) <= 5000
     thin = mss.Surface(V[kept], faces)
     area = [
@@ -284,8 +285,8 @@ def test_large_meshes_are_thinned_out_for_the_display_alone():
     assert area[1] == pytest.approx(area[0], rel=0.05)
 
 
-def test_a_page_of_a_large_mesh_says_so(tmp_path, monkeypatch):
-    monkeypatch.setattr(page, "_DRAWN", 500)
-    mss.compare(rough(sheet(40, 30)), filters=["taubin"], out=tmp_path)
+def test_the_page_of_a_large_mesh_states_that_it_is_decimated(tmp_path):
+    found = mss.compare(rough(sheet(40, 30)), filters=["taubin"])
+    export.write(found, tmp_path, max_drawn=500)
     text = (tmp_path / "comparison.html").read_text(encoding="utf-8")
-    assert "For the display only, the 1,200 vertices are thinned out" in text
+    assert "For display only, the 1,200 vertices are reduced to " in text

@@ -40,7 +40,7 @@ FUNCTIONS = {
     "estimate_error": (mss.estimate_error, (lambda x: x, V, F)),
     "compare": (mss.compare, ((V, F),)),
     "batch": (mss.batch, ("nothing.ply", "/proc/nowhere")),
-    "Competitor": (mss.Competitor, ("a", "apply_coord_taubin_smoothing")),
+    "FilterSpec": (mss.FilterSpec, ("a", "apply_coord_taubin_smoothing")),
 }
 
 

@@ -10,8 +10,10 @@ import pytest
 import meshlab_specsmooth as mss
 from conftest import run_console
 from meshlab_specsmooth.cli import demo
-from meshlab_specsmooth.comparison.metrics import add_noise
-from meshlab_specsmooth.comparison.side_by_side import measure, side_by_side, table
+from meshlab_specsmooth.comparison.filter_specs import DEMO
+from meshlab_specsmooth.comparison.noise import gaussian
+from meshlab_specsmooth.comparison.side_by_side import COLUMNS, run_side_by_side
+from meshlab_specsmooth.comparison.tables import format_rows
 from meshlab_specsmooth.meshlab import mesh_files, meshset
 
 ROOT = Path(__file__).parent.parent
@@ -100,11 +102,10 @@ def test_the_table_is_what_the_demo_gives():
     demo.add_arguments(parser)
     defaults = parser.parse_args([])
     truth = mss.Surface(*meshset.get_arrays(mesh_files.read(mesh_files.sample("bunny.obj"))))
-    noisy = mss.Surface(add_noise(truth, defaults.noise, defaults.seed), truth.faces)
-    rows = [measure("noisy", "", noisy, truth, 0.0), *side_by_side(truth, noisy.vertices, demo.COMPETITORS)]
+    rows = run_side_by_side(truth, gaussian(truth, defaults.noise, defaults.seed), DEMO)
     (said,) = re.findall(r"```text\n(.*?)```", PAGES["docs/performance.md"], re.DOTALL)
     headings, said_rows = cells(said)
-    true_headings, true_rows = cells(table(rows))
+    true_headings, true_rows = cells(format_rows(rows, COLUMNS))
     assert headings == true_headings
     assert list(said_rows) == list(true_rows)
     for name, numbers in true_rows.items():

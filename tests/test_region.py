@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth.comparison.metrics import add_noise
+from meshlab_specsmooth.comparison.noise import gaussian
 from meshlab_specsmooth.geometry.surface import boundary_vertices, edges, face_vectors
 from meshlab_specsmooth.operators.boundary import BLENDING_RINGS
 from meshlab_specsmooth.spectral.response import response
@@ -32,7 +32,7 @@ def enclosed_area(surface):
 
 
 CLEAN = mss.Surface(*open_scan())
-NOISY = add_noise(CLEAN, 0.2, seed=1)
+NOISY = gaussian(CLEAN, 0.2, seed=1)
 RIM = boundary_vertices(CLEAN)
 
 

@@ -250,7 +250,7 @@ def test_any_extent_can_be_drawn(V):
 
 def test_large_meshes_are_thinned():
     V, F = torus(140, 100)
-    before, after, faces = thumbnails.thin(V, V, F.astype(np.int32))
+    before, after, faces = thumbnails.normalize(V, V, F.astype(np.int32))
     assert len(faces) < len(F)
     assert faces.max() < len(before) == len(after)
     assert np.abs(before).max() <= 0.5 + 1e-9

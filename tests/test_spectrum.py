@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth.comparison.metrics import add_noise
+from meshlab_specsmooth.comparison.noise import gaussian
 from meshlab_specsmooth.geometry.surface import mean_edge_length
 from tests.meshes import rough, sheet, torus, torus_eigenvalue, torus_graph, wave
 
@@ -37,7 +37,7 @@ def test_a_wave_has_its_energy_at_its_eigenvalue(nx, ny):
 @pytest.mark.parametrize("size", [(30, 20), (120, 80)])
 def test_the_noise_floor_is_the_noise(level, size):
     clean = mss.Surface(*torus(*size))
-    noisy = add_noise(clean, level, seed=3)
+    noisy = gaussian(clean, level, seed=3)
     floor = mss.spectrum(noisy, clean.faces).noise_floor / mean_edge_length(clean)
     assert floor == pytest.approx(level, rel=0.15)
 

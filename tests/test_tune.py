@@ -11,7 +11,7 @@ from meshlab_specsmooth.cli import main
 from meshlab_specsmooth.cli import tune as command
 from meshlab_specsmooth.meshlab import mesh_files, meshset, scripts
 from meshlab_specsmooth.report import window
-from meshlab_specsmooth.report.window import Setting
+from meshlab_specsmooth.report.window import Sliders
 from tests.meshes import rough, torus
 
 
@@ -31,23 +31,23 @@ def hands(**moved):
     return SimpleNamespace(SliderFloat=slider, Combo=slider, ImGuiSliderFlags_Logarithmic=0)
 
 
-def test_sliders_say_where_they_stand():
-    setting = Setting(20.0, 0.3, "heat", 1.0)
-    assert window.sliders(hands(), setting, with_gain=True) is setting
-    moved = hands(**{"waves kept, in edges": 1e9, "barycenter weight": 0.0, "response": 0, "feature gain": -1.0})
+def test_sliders_return_their_positions():
+    setting = Sliders(20.0, 0.3, "heat", 1.0)
+    assert window.draw_sliders(hands(), setting, with_gain=True) is setting
+    moved = hands(**{"wavelengths kept (edges)": 1e9, "barycenter weight": 0.0, "response": 0, "feature gain": -1.0})
     # numbers that are typed in may be out of range
-    assert window.sliders(moved, setting, with_gain=True) == Setting(200.0, 0.02, "ideal", 0.0)
-    assert window.sliders(moved, setting, with_gain=False).gain == 1.0
+    assert window.draw_sliders(moved, setting, with_gain=True) == Sliders(200.0, 0.02, "ideal", 0.0)
+    assert window.draw_sliders(moved, setting, with_gain=False).gain == 1.0
 
 
 def test_a_further_setting_starts_from_the_last():
-    prepared = mss.prepare(*rough(torus(60, 40)))
-    first = window.smoothed(prepared, Setting(20.0, 0.3, "heat"))
-    near = Setting(20.0, 0.31, "heat")
-    again, anew = window.smoothed(prepared, near, start=first), window.smoothed(prepared, near)
+    prepared = mss.assemble(*rough(torus(60, 40)))
+    first = window.smooth_at(prepared, Sliders(20.0, 0.3, "heat"))
+    near = Sliders(20.0, 0.31, "heat")
+    again, anew = window.smooth_at(prepared, near, start=first), window.smooth_at(prepared, near)
     assert sum(again.cg_iterations) < sum(anew.cg_iterations)
     assert again.vertices == pytest.approx(anew.vertices, abs=1e-3 * anew.displacement)
-    assert f"{again.modes:.0f} modes kept" in window.told(again)
+    assert f"{again.modes:.0f} modes kept" in window.describe_result(again)
 
 
 def test_the_window_is_drawn_without_a_display(scan, tmp_path, capsys):
@@ -75,13 +75,13 @@ def test_buttons_save_the_mesh_and_the_script_and_print_the_call(scan, tmp_path,
     ms = meshset.new(V, F)
     ms.compute_scalar_by_function_per_vertex(q="z > 0 ? 1 : 0", normalize=False)
     mesh_files.write(ms, scan)
-    setting = Setting(8.0, 0.4, "butterworth", 0.5)
+    setting = Sliders(8.0, 0.4, "butterworth", 0.5)
     said = []
 
     def press_all(prepared, first, actions, *, features, screenshot):
         assert screenshot is None
         assert (features is None) == (first.gain == 0)
-        result = window.smoothed(prepared, setting, features)
+        result = window.smooth_at(prepared, setting, features)
         said.extend(action(setting, result) for action in actions.values())
 
     monkeypatch.setattr(command, "tune", press_all)

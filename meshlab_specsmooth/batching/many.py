@@ -13,7 +13,7 @@ from meshlab_specsmooth.batching import cluster, local
 from meshlab_specsmooth.batching.inputs import sources
 from meshlab_specsmooth.batching.summary import BatchSummary
 from meshlab_specsmooth.batching.work import NOT_RUN, Job, Outcome, failure, portable
-from meshlab_specsmooth.errors import FileError, InvalidParameter
+from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.meshlab import descriptors
 from meshlab_specsmooth.meshlab.filters import FILTERS
 from meshlab_specsmooth.meshlab.parameters import resolve_for_any_mesh
@@ -29,6 +29,7 @@ from meshlab_specsmooth.parameters import (
 from meshlab_specsmooth.report import contact_sheet
 from meshlab_specsmooth.runtime import backend
 from meshlab_specsmooth.runtime.bars import begin
+from meshlab_specsmooth.runtime.folders import ensure_folder
 from meshlab_specsmooth.runtime.progress import Progress
 
 #: What ``specsmooth smooth`` runs.
@@ -137,7 +138,7 @@ def batch(
     found = sources(paths, out, ending)
     folder = Path(out).absolute()
     for place in sorted({str(folder), *(os.path.dirname(source.output) for source in found)}):  # noqa: PTH120
-        _make(Path(place))
+        ensure_folder(Path(place))
     if scheduler is None:
         # the processes' own words go nowhere
         backend.is_compiled(max((source.size for source in found), default=0) // _BYTES_PER_VERTEX)
@@ -172,10 +173,3 @@ def batch(
         whole = summary(contact_sheet.draw_apart(folder, there))
         whole.write(folder)
     return whole
-
-
-def _make(folder: Path) -> None:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise FileError(f"{folder}: cannot be made: {error.strerror}") from error

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 from collections.abc import Collection
 from typing import Any
 
@@ -35,6 +36,29 @@ def add_force(parser: argparse.ArgumentParser) -> None:
 def add_input(parser: argparse.ArgumentParser, metavar: str) -> None:
     """The mesh that is read."""
     parser.add_argument("input", metavar=metavar, help="mesh to read, in any format that pymeshlab reads")
+
+
+def add_seed(parser: argparse.ArgumentParser) -> None:
+    """The seed of added noise."""
+    parser.add_argument("--seed", metavar="N", type=_seed, default=1, help="seed of the noise (default: 1)")
+
+
+def noise_level(text: str) -> float:
+    """Parse the level of noise to add."""
+    level = float(text)
+    if not 0 <= level < math.inf:
+        raise argparse.ArgumentTypeError(f"{text} is not a finite number from 0")
+    return level
+
+
+def _seed(text: str) -> int:
+    seed = int(text)
+    if seed < 0:
+        raise argparse.ArgumentTypeError(f"{text} is less than 0")
+    return seed
+
+
+noise_level.__name__, _seed.__name__ = "noise", "seed"  # argparse puts them into "invalid seed value"
 
 
 def add_options(parser: argparse.ArgumentParser, descriptor: Descriptor, only: Collection[str] | None = None) -> None:

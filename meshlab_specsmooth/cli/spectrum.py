@@ -14,12 +14,13 @@ from meshlab_specsmooth.cli.meshes import say_rounding
 from meshlab_specsmooth.cli.options import add_input, add_options, given_parameters
 from meshlab_specsmooth.cli.progress import bar
 from meshlab_specsmooth.describe import count_of, format_edges
-from meshlab_specsmooth.errors import FileError, InvalidParameter, MissingExtra
+from meshlab_specsmooth.errors import InvalidParameter, MissingExtra
 from meshlab_specsmooth.meshlab import descriptors, filters, mesh_files, meshset
 from meshlab_specsmooth.meshlab.parameters import PyMeshLabException, resolve
 from meshlab_specsmooth.power_spectrum import Spectrum, spectrum
 from meshlab_specsmooth.report.spectrum_plot import spectrum_plot
 from meshlab_specsmooth.runtime import atomic
+from meshlab_specsmooth.runtime.folders import ensure_folder
 from meshlab_specsmooth.runtime.progress import subrange
 from meshlab_specsmooth.spectral.response import name_of, response
 
@@ -51,10 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Measure, choose, write, and say what was found."""
     out = Path(arguments.out)
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise FileError(f"{out}: cannot be made: {error.strerror}") from error
+    ensure_folder(out)
     for name in ("spectrum.json", "spectrum.csv", "spectrum.png"):
         atomic.check_place(out / name)
     ms = mesh_files.read(arguments.input)

@@ -6,13 +6,15 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from meshlab_specsmooth.cli.options import add_force, add_input, add_options
 from meshlab_specsmooth.cli.progress import notice
 from meshlab_specsmooth.meshlab import descriptors, mesh_files, meshset, precision, scripts
 from meshlab_specsmooth.meshlab.filter_inputs import features_of
 from meshlab_specsmooth.meshlab.parameters import resolve
 from meshlab_specsmooth.operators.assemble import assemble
-from meshlab_specsmooth.report.window import WEIGHTS, Setting, tune
+from meshlab_specsmooth.report.window import WEIGHTS, Sliders, tune
 from meshlab_specsmooth.runtime import atomic
 from meshlab_specsmooth.smoothing.api import smooth
 from meshlab_specsmooth.smoothing.filter import DEFAULT_WAVELENGTH_IN_EDGES
@@ -23,8 +25,8 @@ _DESCRIPTOR = descriptors.load("apply_coord_spectral_smoothing")
 
 SUMMARY = "find a setting with sliders, in a window"
 DESCRIPTION = """Opens a window with sliders for cut-off, weight, response and, where the mesh has features, their gain;
-the surface follows at once. It starts at the weight that the noise asks for. Buttons save the mesh, save the filter as
-a script that `specsmooth run` and MeshSets apply, or print the call in Python."""
+the surface is updated at once. The weight starts at the value chosen from the noise. Buttons save the mesh, save the
+filter as a script that `specsmooth run` and MeshSets apply, or print the call in Python."""
 EXAMPLES = """examples:
   specsmooth tune scan.ply
   specsmooth tune scan.ply --out smooth.ply --script smooth.mlx
@@ -44,7 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Read, open, and do what the buttons say."""
+    """Read the mesh, open the window, and carry out the actions of its buttons."""
     source = Path(arguments.input)
     out = Path(arguments.out or source.with_name(f"{source.stem}-smooth.ply"))
     script = Path(arguments.script or source.with_name(f"{source.stem}-smooth.mlx"))
@@ -57,24 +59,23 @@ def run(arguments: argparse.Namespace) -> None:
         notice(line)
     features = features_of(ms, arguments.features)
     ops = assemble(*meshset.get_arrays(ms))
-    least, most = WEIGHTS
     chosen = smooth(ops)
-    weight, response = min(max(float(chosen.barycenter_weight), least), most), name_of(chosen.response)
-    first = Setting(DEFAULT_WAVELENGTH_IN_EDGES, weight, response, 1.0 if features is not None else 0.0)
+    weight, response = float(np.clip(chosen.barycenter_weight, *WEIGHTS)), name_of(chosen.response)
+    first = Sliders(DEFAULT_WAVELENGTH_IN_EDGES, weight, response, 1.0 if features is not None else 0.0)
 
-    def save_mesh(setting: Setting, result: SmoothingResult) -> str:
+    def save_mesh(setting: Sliders, result: SmoothingResult) -> str:
         changed = mesh_files.read(source)
         meshset.set_vertices(changed, result.vertices)
         return "; ".join([f"saved {out}", *mesh_files.write(changed, out, source=source).notices])
 
-    def save_script(setting: Setting, result: SmoothingResult) -> str:
+    def save_script(setting: Sliders, result: SmoothingResult) -> str:
         step = scripts.format_step(
             _DESCRIPTOR, resolve(_DESCRIPTOR, parameters(setting, result, arguments.features), ms)
         )
         atomic.write_text(script, scripts.format_script([step]))
         return f"saved {script}"
 
-    def print_call(setting: Setting, result: SmoothingResult) -> str:
+    def print_call(setting: Sliders, result: SmoothingResult) -> str:
         text = call(parameters(setting, result, arguments.features))
         print(text, flush=True)
         return text
@@ -85,14 +86,14 @@ def run(arguments: argparse.Namespace) -> None:
         print(f"picture: {arguments.screenshot}")
 
 
-def parameters(setting: Setting, result: SmoothingResult, features: str) -> dict[str, Any]:
-    """The filter's parameters where the sliders stand."""
+def parameters(setting: Sliders, result: SmoothingResult, features: str) -> dict[str, Any]:
+    """Return the parameters of the filter for the positions of the sliders."""
     given = {"wavelength": result.wavelength, "barycenter_weight": setting.weight, "response": setting.response}
     return given if features == "none" else given | {"features": features, "feature_gain": setting.gain}
 
 
 def call(given: dict[str, Any]) -> str:
-    """The call on a MeshSet as one would type it; lengths are in mesh units."""
+    """Return the call on a MeshSet as Python source; lengths are in mesh units."""
     typed = ", ".join(
         f"{name}=pymeshlab.PureValue({value!r})" if name == "wavelength" else f"{name}={value!r}"
         for name, value in given.items()

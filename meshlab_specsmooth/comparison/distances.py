@@ -11,30 +11,30 @@ from scipy.spatial import cKDTree
 from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.geometry.surface import Surface
 
-# neighbors asked for first, and how many point-triangle pairs are looked at in one go: some 200 bytes each
+# Nearest centroids in the first query, and point-triangle pairs handled at once, about 200 bytes each
 _FIRST_NEIGHBORS = 16
-_PAIRS_AT_ONCE = 2**19
+_BATCH = 2**19
 
 
 def distances(points: Floats, surface: Surface) -> Floats:
-    """The distance of each point to the nearest point of a surface, exact to rounding.
+    """Return the distance of each point to the nearest point of a surface, exact up to rounding.
 
-    No triangle reaches further from its centroid than to its furthest corner, so one whose centroid lies further off
-    than the best distance so far plus that radius is out. The triangles are taken in classes of radii that differ by no
-    more than a factor of two, the nearest centroids first, until what is left of a class is out: the bound is proved
-    for each point, whatever the shapes of the triangles.
+    A triangle lies within its radius, the distance to its furthest corner, of its centroid. It can be excluded if its
+    centroid is further away than the smallest distance found so far plus this radius. Triangles are searched in classes
+    of radii that differ by a factor of two at most, nearest centroids first, until the rest of a class is excluded. So
+    the result is exact for triangles of any shape.
 
     Parameters
     ----------
     points : (k, 3) float64
-        In the surface's units.
+        In mesh units.
     surface : Surface
-        Degenerate faces count as the segments or points that they are.
+        Degenerate faces count as segments or points.
 
     Returns
     -------
     (k,) float64
-        In the surface's units.
+        In mesh units.
 
     Examples
     --------
@@ -51,7 +51,7 @@ def distances(points: Floats, surface: Surface) -> Floats:
     radii = np.linalg.norm(corners - centroids[:, None], axis=2).max(axis=1)
     best = np.full(len(points), np.inf)
     _, size, count = np.unique(np.frexp(radii)[1], return_inverse=True, return_counts=True)
-    # the most first: they leave least to be looked for among the others
+    # the largest class first: its distances exclude most of the others
     for number in np.argsort(-count, kind="stable"):
         members = np.flatnonzero(size.reshape(-1) == number)
         _improve(best, points, _Class(corners[members], centroids[members], radii[members]))
@@ -60,7 +60,7 @@ def distances(points: Floats, surface: Surface) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class _Class:
-    """Triangles of about one size: corners (m, 3, 3), centroids (m, 3), distances of the furthest corners from them."""
+    """Triangles of similar size: corners (m, 3, 3), centroids (m, 3) and radii (m,)."""
 
     corners: Floats
     centroids: Floats
@@ -68,14 +68,14 @@ class _Class:
 
 
 def _improve(best: Floats, points: Floats, triangles: _Class) -> None:
-    """Lower the squared distances ``best`` to those of a class of triangles."""
+    """Reduce the squared distances ``best`` to those from a class of triangles."""
     tree, count, radius = cKDTree(triangles.centroids), len(triangles.centroids), triangles.radii.max()
     left, seen, wanted = np.arange(len(points)), 0, min(_FIRST_NEIGHBORS, count)
     if np.isfinite(best).all():
         left = left[tree.query(points)[0] - radius < np.sqrt(best)]
     while len(left):
         undecided = []
-        step = max(1, _PAIRS_AT_ONCE // wanted)
+        step = max(1, _BATCH // wanted)
         for start in range(0, len(left), step):
             rows = left[start : start + step]
             off, found = tree.query(points[rows], k=np.arange(seen + 1, wanted + 1))
@@ -90,15 +90,15 @@ def _improve(best: Floats, points: Floats, triangles: _Class) -> None:
 
 
 def squared_distances(points: Floats, corners: Floats) -> Floats:
-    """Squared distances of points to triangles, pair by pair.
+    """Return the squared distances of points to triangles, pair by pair.
 
-    The nearest point is the foot of the perpendicular where that lies inside, and on one of the three sides elsewhere.
+    The nearest point is the foot of the perpendicular if that lies inside, else it is on one of the sides.
 
     Parameters
     ----------
     points : (..., 3) float64
     corners : (..., 3, 3) float64
-        The corners of each point's triangle; degenerate ones have sides, and no inside.
+        Corners of the triangle of each point; a degenerate triangle has sides but no inside.
 
     Returns
     -------
@@ -118,6 +118,6 @@ def squared_distances(points: Floats, corners: Floats) -> Floats:
 def _to_segment(points: Floats, start: Floats, end: Floats) -> npt.NDArray[np.float64]:
     along, off = end - start, points - start
     squared = (along * along).sum(axis=-1)
-    share = (off * along).sum(axis=-1) / np.where(squared > 0, squared, 1)
-    rest = off - np.clip(share, 0, 1)[..., None] * along
+    fraction = (off * along).sum(axis=-1) / np.where(squared > 0, squared, 1)
+    rest = off - np.clip(fraction, 0, 1)[..., None] * along
     return np.asarray((rest * rest).sum(axis=-1))

@@ -1,4 +1,4 @@
-"""How far a result is from the true surface, in the definitions of the denoising literature."""
+"""Errors of a result against the true surface, as the denoising literature defines them."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ import numpy as np
 
 from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.comparison.distances import distances
-from meshlab_specsmooth.geometry.surface import Surface, face_vectors, mean_edge_length, signed_volume
+from meshlab_specsmooth.geometry.surface import Surface, face_vectors, is_closed, mean_edge_length, signed_volume
 
 
 def normal_error(result: Surface, truth: Surface) -> float:
-    """Mean angle in degrees between the face normals of both, the faces being the same.
+    """Mean angle in degrees between corresponding face normals of two surfaces with the same faces.
 
-    Faces that are degenerate in the truth are left out, those that are degenerate in the result count as 90 degrees
+    Faces that are degenerate in the truth are excluded; faces that are degenerate in the result count as 90 degrees
     (Zhang et al., *Guided mesh normal filtering*, 2015).
 
     Examples
@@ -27,7 +27,7 @@ def normal_error(result: Surface, truth: Surface) -> float:
     a, b = face_vectors(result), face_vectors(truth)
     known = np.linalg.norm(b, axis=1) > 0
     a, b = a[known], b[known]
-    # the angle by its tangent: the arc cosine of a rounded cosine is only good to 1e-6 degrees
+    # arctan2 of sine and cosine: the arc cosine of a rounded cosine is accurate to 1e-6 degrees only
     sine, cosine = np.linalg.norm(np.cross(a, b), axis=1), (a * b).sum(axis=1)
     angle = np.degrees(np.arctan2(sine, cosine))
     angle[np.linalg.norm(a, axis=1) == 0] = 90.0
@@ -35,18 +35,18 @@ def normal_error(result: Surface, truth: Surface) -> float:
 
 
 def vertex_error(result: Surface, truth: Surface) -> float:
-    """Root mean square distance of corresponding vertices, in mean edges of the truth; tangential drift counts."""
+    """Root mean square distance of corresponding vertices, in mean edges of the truth, tangential drift included."""
     squared = ((result.vertices - truth.vertices) ** 2).sum(axis=1)
     return float(np.sqrt(squared.mean())) / mean_edge_length(truth)
 
 
 def surface_error(result: Surface, truth: Surface) -> float:
-    """The literature's E_v: distance of the result's vertices to the true surface, in mean edges of the truth.
+    """E_v of the literature: distance of the vertices of the result to the true surface, in mean edges of the truth.
 
     sqrt(sum_i A_i d_i^2 / (3 sum_f A_f)) / h, with d_i the exact distance of vertex i to the truth, A_i the area of the
     result's faces at i and h the truth's mean edge (Sun, Rosin, Martin, Langbein, *Fast and effective
     feature-preserving mesh denoising*, 2007; Zheng, Fu, Au, Tai, *Bilateral normal filtering for mesh denoising*,
-    2011). Drift along the surface does not count, and the faces of both need not correspond.
+    2011). Movement along the surface does not count, and the faces need not correspond.
 
     Examples
     --------
@@ -62,16 +62,17 @@ def surface_error(result: Surface, truth: Surface) -> float:
 
 
 def root_mean_square(values: Floats, surface: Surface) -> float:
-    """Root mean square of a value a vertex, sqrt(sum_i A_i x_i^2 / (3 sum_f A_f)), A_i the area of the faces at i."""
+    """Root mean square of (n,) values, sqrt(sum_i A_i x_i^2 / (3 sum_f A_f)), with A_i the area of the faces at i."""
     areas = np.linalg.norm(face_vectors(surface), axis=1)
     at_vertex = np.bincount(surface.faces.ravel(), weights=np.repeat(areas, 3), minlength=len(surface.vertices))
     return float(np.sqrt((at_vertex * values**2).sum() / (3 * areas.sum())))
 
 
 def flipped(result: Surface, truth: Surface) -> float:
-    """Faces turned by more than a right angle against the truth (or any other state of the same faces), in per cent.
+    """Percentage of faces whose normal differs by more than 90 degrees from that of the same face in the truth.
 
-    Faces that are degenerate in either are not counted as turned, and those of the truth not at all.
+    Faces that are degenerate in the truth are excluded; faces that are degenerate in the result do not count as
+    flipped.
 
     Examples
     --------
@@ -88,21 +89,26 @@ def flipped(result: Surface, truth: Surface) -> float:
 
 
 def volume_change(result: Surface, truth: Surface) -> float:
-    """Change of the enclosed volume in per cent; negative for shrinkage. For closed surfaces."""
+    """Change of the enclosed volume of a closed surface in per cent; negative for shrinkage."""
     before = signed_volume(truth)
     return 100 * (signed_volume(result) - before) / abs(before)
 
 
-def add_noise(surface: Surface, level: float, seed: int) -> Floats:
-    """The vertices with Gaussian noise on every coordinate.
+def measure_errors(result: Surface, truth: Surface) -> dict[str, float]:
+    """Return all errors of a result that need no search for nearest points, by the keys of the comparison's columns.
 
-    Parameters
-    ----------
-    surface : Surface
-    level : float
-        Standard deviation in mean edge lengths.
-    seed : int
-        The same seed gives the same noise.
+    The change of volume is left out for open surfaces.
     """
-    noise = np.random.default_rng(seed).standard_normal(surface.vertices.shape)
-    return surface.vertices + level * mean_edge_length(surface) * noise
+    errors = {
+        "normal_error": normal_error(result, truth),
+        "vertex_error": vertex_error(result, truth),
+        "flips": flipped(result, truth),
+    }
+    if has_volume(truth):
+        errors["volume"] = volume_change(result, truth)
+    return errors
+
+
+def has_volume(surface: Surface) -> bool:
+    """Whether a surface is closed and encloses a volume."""
+    return is_closed(surface) and signed_volume(surface) != 0

@@ -1,4 +1,4 @@
-"""Noise of several kinds, made and seeded, to measure filters by."""
+"""Synthetic noise of several kinds, seeded, for tests and benchmarks."""
 
 from __future__ import annotations
 
@@ -31,17 +31,17 @@ def gaussian(surface: Surface, level: float, seed: int) -> Floats:
 
 def along_normals(surface: Surface, level: float, seed: int) -> Floats:
     """White noise along the vertex normals, of standard deviation ``level``; see :func:`gaussian`."""
-    return _moved(surface, vertex_normals(surface), level * _white(surface, seed)[:, 0])
+    return _displace(surface, vertex_normals(surface), level * _white(surface, seed)[:, 0])
 
 
-def impulses(surface: Surface, level: float, seed: int, share: float = 0.1) -> Floats:
-    """A share of the vertices is moved along its normal by Gaussian amounts of standard deviation ``level``."""
-    hit = default_rng([seed, 1]).random(len(surface.vertices)) < share
-    return _moved(surface, vertex_normals(surface), level * hit * _white(surface, seed)[:, 0])
+def impulses(surface: Surface, level: float, seed: int, fraction: float = 0.1) -> Floats:
+    """Gaussian noise of standard deviation ``level`` along the normals, at a random fraction of the vertices."""
+    hit = default_rng([seed, 1]).random(len(surface.vertices)) < fraction
+    return _displace(surface, vertex_normals(surface), level * hit * _white(surface, seed)[:, 0])
 
 
 def correlated(surface: Surface, level: float, seed: int, rings: int = 2) -> Floats:
-    """Noise on every coordinate that neighbors share: white noise averaged over ``rings`` rings, then of ``level``."""
+    """Correlated noise on every coordinate: white noise averaged over ``rings`` rings, scaled to ``level``."""
     ends, _ = edges(surface)
     n = len(surface.vertices)
     one_way = coo_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(n, n))
@@ -55,9 +55,9 @@ def correlated(surface: Surface, level: float, seed: int, rings: int = 2) -> Flo
 
 
 def along_view(surface: Surface, level: float, seed: int, view: tuple[float, float, float] = (0.3, 0.2, 1.0)) -> Floats:
-    """White noise of standard deviation ``level`` along one direction, as depth sensors have it."""
+    """White noise of standard deviation ``level`` along one direction, as from a depth sensor."""
     direction = np.array(view) / np.linalg.norm(view)
-    return _moved(surface, direction[None], level * _white(surface, seed)[:, 0])
+    return _displace(surface, direction[None], level * _white(surface, seed)[:, 0])
 
 
 def quantized(surface: Surface, level: float, seed: int, view: tuple[float, float, float] = (0.3, 0.2, 1.0)) -> Floats:
@@ -76,6 +76,6 @@ def _white(surface: Surface, seed: int) -> Floats:
     return default_rng(seed).standard_normal(surface.vertices.shape)
 
 
-def _moved(surface: Surface, directions: Floats, edges_along: Floats) -> Floats:
-    """The vertices, moved along directions by so many mean edges."""
-    return np.asarray(surface.vertices + mean_edge_length(surface) * edges_along[:, None] * directions)
+def _displace(surface: Surface, directions: Floats, amounts: Floats) -> Floats:
+    """Return the vertices displaced along directions, by amounts in mean edges."""
+    return np.asarray(surface.vertices + mean_edge_length(surface) * amounts[:, None] * directions)

@@ -1,133 +1,15 @@
-"""What can be measured of a result without the truth: noise left, features lost, angles, triangles, boundary."""
+"""Measures of a surface by itself: angles, triangles, area, boundary."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
-import numpy.typing as npt
-from scipy.sparse import coo_array, csr_array, diags_array, eye_array
 
-from meshlab_specsmooth.arrays import Booleans, Floats
-from meshlab_specsmooth.geometry.surface import Surface, edges, face_vectors, mean_edge_length, vertex_normals
-
-# The averaging that noise hardly survives and shape does: so many steps of (I + D^-1 A) / 2, some three edges wide
-_AVERAGED = 16
-# The share of vertices, those that curve the most, that are taken for features
-_FEATURES = 0.1
-# Median of the absolute value of a standard normal
-_MEDIAN = 0.6744897501960817
-
-
-@dataclass(frozen=True, eq=False)
-class Ruler:
-    """What measuring results of one mesh takes, held for many of them.
-
-    Attributes
-    ----------
-    surface : Surface
-        The mesh that the results are compared with: the truth where it is known, else the mesh as given.
-    given : Surface
-        The mesh as given to the filters; of the same faces.
-    edge : float
-        Mean edge of ``surface``, the unit of lengths.
-    walk : (n, n) sparse
-        (I + D^-1 A) / 2.
-    twice : (n, n) sparse
-        L^2 by the norms of its rows, so that white noise of standard deviation s gives s.
-    used : (n,) bool
-        Vertices that have an edge.
-    features : (k,) int
-        The vertices where ``surface``, averaged, curves the most.
-    normals : (n, 3) float64
-        Of ``surface``, averaged.
-    averaged : (n, 3) float64
-        Its averaged vertices.
-    """
-
-    surface: Surface
-    given: Surface
-    edge: float
-    walk: csr_array
-    twice: csr_array
-    used: Booleans
-    features: npt.NDArray[np.int64]
-    normals: Floats
-    averaged: Floats
-
-    @staticmethod
-    def of(surface: Surface, given: Surface) -> Ruler:
-        """The ruler for results that are to look like a surface; both have the same faces."""
-        n = len(surface.vertices)
-        ends, _ = edges(surface)
-        one_way = coo_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(n, n))
-        A = csr_array(one_way + one_way.T)
-        degree = np.asarray(A.sum(axis=1)).ravel()
-        used = degree > 0
-        mean = csr_array(diags_array(1 / np.maximum(degree, 1)) @ A)
-        L = csr_array(diags_array(used.astype(np.float64)) - mean)
-        walk = csr_array(eye_array(n) - 0.5 * L)
-        twice = csr_array(L @ L)
-        norms = np.sqrt(np.asarray(twice.multiply(twice).sum(axis=1)).ravel())
-        twice = csr_array(diags_array(1 / np.where(norms > 0, norms, 1.0)) @ twice)
-        averaged = _steps(walk, surface.vertices)
-        smooth = Surface(averaged, surface.faces)
-        bent = np.linalg.norm(L @ averaged, axis=1)
-        inner = used.copy()
-        inner[ends[_rim(surface)].ravel()] = False
-        candidates = np.flatnonzero(inner if inner.any() else used)
-        count = max(1, round(_FEATURES * len(candidates)))
-        features = candidates[np.argsort(-bent[candidates], kind="stable")[:count]].astype(np.int64)
-        return Ruler(
-            surface, given, mean_edge_length(surface), walk, twice, used, features, vertex_normals(smooth), averaged
-        )
-
-    def noise_left(self, result: Surface) -> float:
-        """Median |n . L^2 X| / (0.6745 r), r the norms of the rows of L^2, n the averaged normals; in mean edges.
-
-        White noise of standard deviation s along the normals gives s, smooth shape next to nothing (Donoho, Johnstone,
-        *Ideal spatial adaptation by wavelet shrinkage*, 1994, for the median).
-        """
-        along = ((self.twice @ result.vertices) * self.normals).sum(axis=1)[self.used]
-        return float(np.median(np.abs(along))) / _MEDIAN / self.edge
-
-    def feature_loss(self, result: Surface) -> float:
-        """How far the surface, averaged over some three edges, has moved along its normals where it curves the most.
-
-        Root mean square over the tenth of the vertices whose averaged surface has the largest |L V|, in mean edges.
-        Averaging leaves little of noise, so what has moved is shape: ridges that sank, tips that withdrew.
-        """
-        moved = _steps(self.walk, result.vertices - self.surface.vertices)[self.features]
-        along = (moved * self.normals[self.features]).sum(axis=1)
-        return float(np.sqrt((along**2).mean())) / self.edge
-
-    def offset(self, result: Surface) -> float:
-        """Mean move along the normals, weighted by area, in mean edges: volume swept per area; negative inward."""
-        surface = self.surface
-        weights = np.repeat(np.linalg.norm(face_vectors(surface), axis=1), 3)
-        areas = np.bincount(surface.faces.ravel(), weights, len(surface.vertices))
-        along = ((result.vertices - surface.vertices) * self.normals).sum(axis=1)
-        return float((areas * along).sum() / areas.sum()) / self.edge
-
-    def displacement(self, result: Surface) -> float:
-        """Root mean square distance of the vertices from where they were given, in mean edges."""
-        squared = ((result.vertices - self.given.vertices) ** 2).sum(axis=1)[self.used]
-        return float(np.sqrt(squared.mean())) / self.edge
-
-
-def _steps(walk: csr_array, X: Floats) -> Floats:
-    for _ in range(_AVERAGED):
-        X = walk @ X
-    return np.asarray(X)
-
-
-def _rim(surface: Surface) -> Booleans:
-    _, count = edges(surface)
-    return np.asarray(count == 1)
+from meshlab_specsmooth.arrays import Integers
+from meshlab_specsmooth.geometry.surface import Surface, edges, face_vectors
 
 
 def dihedral_deviation(surface: Surface) -> float:
-    """Mean angle in degrees between the normals of faces that share an edge: 0 of a plane.
+    """Mean angle in degrees between the normals of faces that share an edge: 0 for a plane.
 
     Examples
     --------
@@ -153,7 +35,7 @@ def dihedral_deviation(surface: Surface) -> float:
 
 
 def triangle_quality(surface: Surface) -> float:
-    """Mean of 2 r / R, inscribed by circumscribed radius: 1 of equilateral triangles, 0 of degenerate ones.
+    """Mean of 2 r / R, inscribed by circumscribed radius: 1 for equilateral triangles, 0 for degenerate ones.
 
     Examples
     --------
@@ -176,14 +58,12 @@ def area(surface: Surface) -> float:
 
 
 def boundary_length(surface: Surface) -> float:
-    """Length of all edges with one face, in mesh units; 0 of a closed surface."""
-    ends, _ = edges(surface)
-    ends = ends[_rim(surface)]
-    return float(np.linalg.norm(surface.vertices[ends[:, 0]] - surface.vertices[ends[:, 1]], axis=1).sum())
+    """Total length of the boundary edges, in mesh units; 0 for a closed surface."""
+    a, b = surface.vertices[boundary_edges(surface)].transpose(1, 0, 2)
+    return float(np.linalg.norm(a - b, axis=1).sum())
 
 
-def mean_curvature(ruler: Ruler, result: Surface) -> Floats:
-    """(n,) signed bending of the averaged surface, n . (umbrella), by mean edge; positive where it is convex."""
-    X = ruler.walk @ (ruler.walk @ result.vertices)
-    bent = 2 * (X - ruler.walk @ X)
-    return np.asarray((bent * vertex_normals(Surface(X, result.faces))).sum(axis=1)) / ruler.edge
+def boundary_edges(surface: Surface) -> Integers:
+    """Return the (k, 2) ends of the edges that have one face only."""
+    ends, face_count = edges(surface)
+    return np.asarray(ends[face_count == 1])

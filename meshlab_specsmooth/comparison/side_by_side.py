@@ -2,76 +2,37 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 
 from meshlab_specsmooth.arrays import Floats
-from meshlab_specsmooth.comparison.competitors import Competitor
-from meshlab_specsmooth.comparison.metrics import normal_error, vertex_error, volume_change
+from meshlab_specsmooth.comparison.columns import MEASURES
+from meshlab_specsmooth.comparison.filter_specs import FilterSpec
+from meshlab_specsmooth.comparison.metrics import measure_errors
+from meshlab_specsmooth.comparison.rows import Row
 from meshlab_specsmooth.geometry.surface import Surface
-from meshlab_specsmooth.meshlab import filters, meshset
+from meshlab_specsmooth.isolation import child
+
+#: The columns of these rows.
+COLUMNS = tuple(MEASURES[key] for key in ("normal_error", "vertex_error", "volume", "seconds"))
 
 
-@dataclass(frozen=True, eq=False)
-class Row:
-    """A surface and its distance from the truth.
+def run_side_by_side(truth: Surface, noisy: Floats, specs: Iterable[FilterSpec]) -> Iterator[Row]:
+    """Yield the row of the noisy surface, then one for each filter as it finishes, with the values of :data:`COLUMNS`.
 
-    Attributes
-    ----------
-    name, call : str
-    surface : Surface
-    normal_error : float
-        Degrees.
-    vertex_error : float
-        Mean edge lengths.
-    volume_change : float
-        Per cent; of meaning for closed surfaces only.
-    seconds : float
-        Of the filter alone, on a mesh that is in its MeshSet already.
+    All filters run in this process on MeshSets, MeshLab's and this package's alike.
+
+    Raises
+    ------
+    FilterFailed
+        A filter raised an error, changed the faces or diverged.
     """
-
-    name: str
-    call: str
-    surface: Surface
-    normal_error: float
-    vertex_error: float
-    volume_change: float
-    seconds: float
+    yield _row(None, Surface(noisy, truth.faces), truth, 0.0)
+    for spec in specs:
+        ran = child.run(noisy, truth.faces, spec.filter, spec.parameters, spec.times)
+        yield _row(spec, Surface(ran.vertices, truth.faces), truth, ran.seconds)
 
 
-def measure(name: str, call: str, surface: Surface, truth: Surface, seconds: float) -> Row:
-    """A row of the table."""
-    return Row(
-        name,
-        call,
-        surface,
-        normal_error(surface, truth),
-        vertex_error(surface, truth),
-        volume_change(surface, truth),
-        seconds,
-    )
-
-
-def side_by_side(truth: Surface, noisy: Floats, competitors: Iterable[Competitor]) -> Iterator[Row]:
-    """One row a competitor, as they finish; all of them run on MeshSets, the built-ins and ours alike."""
-    for competitor in competitors:
-        ms = meshset.new(noisy, truth.faces)
-        start = time.perf_counter()
-        filters.apply(ms, competitor.filter, **competitor.parameters)
-        seconds = time.perf_counter() - start
-        vertices, _ = meshset.get_arrays(ms)
-        yield measure(competitor.name, competitor.call, Surface(vertices, truth.faces), truth, seconds)
-
-
-def table(rows: Iterable[Row]) -> str:
-    """The rows as text."""
-    lines = [
-        f"{'':32}{'normals':>9}{'vertices':>10}{'volume':>9}{'time':>8}",
-        f"{'':32}{'degrees':>9}{'edges':>10}{'%':>9}{'s':>8}",
-    ]
-    lines += [
-        f"{row.name:32}{row.normal_error:9.2f}{row.vertex_error:10.3f}{row.volume_change:+9.3f}{row.seconds:8.2f}"
-        for row in rows
-    ]
-    return "\n".join(lines)
+def _row(spec: FilterSpec | None, surface: Surface, truth: Surface, seconds: float) -> Row:
+    errors = measure_errors(surface, truth)
+    values = {"seconds": seconds, **errors}
+    return Row(spec, surface, values={column.key: values[column.key] for column in COLUMNS if column.key in values})

@@ -1,4 +1,4 @@
-"""Filters side by side, in one call."""
+"""The public function that compares filters on a mesh."""
 
 from __future__ import annotations
 
@@ -11,17 +11,16 @@ import numpy.typing as npt
 from meshlab_specsmooth.adapters import Mesh, accept_meshes, recognize
 from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.comparison.comparison import Comparison
-from meshlab_specsmooth.comparison.competitors import Competitor
 from meshlab_specsmooth.comparison.experiment import experiment
+from meshlab_specsmooth.comparison.filter_specs import FilterSpec
 from meshlab_specsmooth.errors import InvalidParameter
-from meshlab_specsmooth.geometry.surface import Surface
 from meshlab_specsmooth.parameters import MAX_SEED, check_count, check_path, show
-from meshlab_specsmooth.report import page
+from meshlab_specsmooth.report import export
 from meshlab_specsmooth.runtime.bars import begin
 from meshlab_specsmooth.runtime.progress import Progress, subrange
 
-# The share of the time that the page takes
-_PAGE = 0.15
+# Fraction of the run time that writing takes
+_WRITING = 0.15
 
 
 @accept_meshes
@@ -32,54 +31,53 @@ def compare(
     ground_truth: Mesh | None = None,
     noise: float | None = None,
     seed: int = 1,
-    filters: Iterable[str | Competitor] | None = None,
+    filters: Iterable[str | FilterSpec] | None = None,
     out: str | os.PathLike[str] | None = None,
     progress: Progress | None = None,
     name: str | None = None,
 ) -> Comparison:
-    """Run MeshLab's smoothing filters and ours on a mesh, and say which comes closest to the true surface.
+    """Compare MeshLab's smoothing filters and this package's on a mesh by their distance from the true surface.
 
-    The error of each is estimated without the truth (:func:`meshlab_specsmooth.estimate_error`), with its uncertainty;
-    and each is swept over its own strength. Filters run in a process of their own: one that crashes or diverges is a
-    row that says so. Of meshes of more than 60 000 vertices, strengths are swept on a part.
+    The error of each filter is estimated without a ground truth (:func:`meshlab_specsmooth.estimate_error`), with its
+    uncertainty, and each filter is swept over its strength parameter. Filters run in a process of their own, so that
+    one that crashes or diverges is reported in its row. On meshes with more than 60 000 vertices strengths are swept on
+    a part of the mesh.
 
     Parameters
     ----------
     mesh : (n, 3) real array, or a mesh of any kind
     faces : (m, 3) integer array, optional
-        As for :func:`meshlab_specsmooth.smooth`. Of a MeshSet the current mesh, all of it; nothing is changed.
+        As for :func:`meshlab_specsmooth.smooth`. Of a MeshSet the whole current mesh is used; nothing is changed.
     ground_truth : mesh of any kind, optional
-        The true surface, in the same order of vertices and faces, or any mesh of it: then what needs vertices that
-        correspond is left out.
+        The true surface, with the same vertices and faces in the same order, or any other mesh of it. With another
+        mesh, measures that need corresponding vertices are left out.
     noise : float, optional
-        Standard deviation of white noise to add on every coordinate, in mean edges; the mesh is then the truth.
+        Standard deviation of white noise to add to every coordinate, in mean edges; the mesh is then the truth.
     seed : int
-        Of that noise.
-    filters : iterable of str or Competitor, optional
+        Seed of the added noise.
+    filters : iterable of str or FilterSpec, optional
         Short names (``"laplacian"``, ``"taubin"``, ``"edge-aware"``, ...), names of filters, or calls such as
-        ``"apply_coord_taubin_smoothing(stepsmoothnum=20)"``. By default all short names, ``"denoise"`` first, but the
-        slow ones.
+        ``"apply_coord_taubin_smoothing(stepsmoothnum=20)"``. By default all short names but the slowest.
     out : path, optional
-        A folder for ``comparison.html`` (the extra ``report``), ``comparison.mlp``, a MeshLab project with a layer a
-        result, ``comparison.json`` and ``comparison.txt``.
+        Folder for ``comparison.html`` (needs the extra ``report``), ``comparison.mlp`` (a MeshLab project with one
+        layer for each result), ``comparison.json`` and ``comparison.txt``.
     progress : callable, optional
-        Called with the fraction done, rising to 1; what it raises ends the call.
+        Called with the fraction done, increasing to 1; an exception that it raises ends the call.
     name : str, optional
-        Of the mesh, for the page; a MeshSet's is its label.
+        Name of the mesh for the page; by default the label of a MeshSet's current mesh.
 
     Returns
     -------
     Comparison
-        Which a notebook shows as a table.
 
     Raises
     ------
     InvalidSurface
-        The mesh has no faces, or is none.
+        The mesh has no faces, or the arrays do not form a triangle mesh.
     InvalidParameter
-        Both a ground truth and noise, noise below 0, or filters that are no names.
+        Both a ground truth and noise are given, the noise is negative, or a filter is not known.
     MissingExtra
-        ``out`` without the extra ``report``; nothing has been run by then.
+        ``out`` is given but the extra ``report`` is not installed; this is raised before any filter runs.
     FileError
         ``out`` cannot be written.
 
@@ -98,45 +96,40 @@ def compare(
     if name is not None and not isinstance(name, str):
         raise InvalidParameter(f"name is {show(name)}; it must be a string")
     if out is not None:
-        page.check_extra()
-        page.check_folder(check_path("out", out))
+        export.check_extra()
+        export.check_folder(check_path("out", out))
     source = recognize(mesh, faces)
     found = experiment(
         source.surface(),
-        truth=None if ground_truth is None else surface_of(ground_truth, "ground_truth"),
+        truth=None if ground_truth is None else recognize(ground_truth, name="ground_truth").surface(),
         added=noise,
         seed=seed,
         filters=filters,
         name=name or _label(source.given),
-        progress=subrange(progress, 0.0, 1.0 if out is None else 1.0 - _PAGE),
+        progress=subrange(progress, 0.0, 1.0 if out is None else 1.0 - _WRITING),
     )
     found = with_colors(found, source.given)
     if out is not None:
-        page.write(found, out)
+        export.write(found, out)
     if progress is not None:
         progress(1.0)
     return found
 
 
-def surface_of(mesh: Mesh, name: str = "mesh") -> Surface:
-    """The surface of a mesh of any kind."""
-    return recognize(mesh, name=name).surface()
-
-
 def with_colors(found: Comparison, mesh: Mesh) -> Comparison:
-    """The comparison with the colors of a MeshSet's current mesh; arrays have none."""
+    """Return the comparison with the colors of a MeshSet's current mesh; other meshes have none."""
     if not hasattr(mesh, "current_mesh"):
         return found
     current = mesh.current_mesh()
     return replace(
         found,
-        vertex_colors=_several(current.vertex_color_matrix()) if current.has_vertex_color() else None,
-        face_colors=_several(current.face_color_matrix()) if current.has_face_color() else None,
+        vertex_colors=_varying(current.vertex_color_matrix()) if current.has_vertex_color() else None,
+        face_colors=_varying(current.face_color_matrix()) if current.has_face_color() else None,
     )
 
 
-def _several(colors: Floats) -> Floats | None:
-    """Colors without their opacity; None where all are one: so pymeshlab colors a mesh that has none."""
+def _varying(colors: Floats) -> Floats | None:
+    """Colors without opacity; None if all are the same, as pymeshlab has it for a mesh without colors."""
     return colors[:, :3] if len(colors) and (colors != colors[0]).any() else None
 
 

@@ -1,6 +1,6 @@
 """Contact sheets: small pictures of many meshes, before and after.
 
-They are drawn in a process of their own, as a mesh or a graphics driver that takes it down must cost nothing but them.
+They are drawn in a process of their own, so that a crash caused by a mesh or a graphics driver loses the sheets only.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from meshlab_specsmooth.meshlab import mesh_files, meshset
 from meshlab_specsmooth.report import pictures
 from meshlab_specsmooth.runtime import atomic
 
-# a sheet: so many pairs beside and below each other, a picture so many pixels wide and high
+# Pairs in a row and rows of a sheet; width and height of a picture in pixels
 _COLUMNS, _ROWS, _SIZE = 3, 8, 180
-_LONGEST_TITLE = 24
+_MAX_TITLE = 24
 
 
 def draw_apart(folder: Path, pairs: Sequence[tuple[str, str]]) -> tuple[str, ...]:
@@ -75,13 +75,9 @@ def contact_sheet(path: str | os.PathLike[str], pairs: Sequence[tuple[str, str]]
     """
     import pyvista
 
-    if sys.platform == "linux" and "DISPLAY" not in os.environ:
-        os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")  # or it warns of a missing X server
     columns = min(_COLUMNS, len(pairs))
     rows = -(-len(pairs) // columns)
-    plotter = pyvista.Plotter(
-        off_screen=True, shape=(rows, 2 * columns), window_size=(2 * columns * _SIZE, rows * _SIZE), lighting="none"
-    )
+    plotter = pictures.open_plotter(pyvista, (rows, 2 * columns), (2 * columns * _SIZE, rows * _SIZE))
     try:
         for number, pair in enumerate(pairs):
             _draw_pair(plotter, pyvista, number // columns, 2 * (number % columns), pair)
@@ -97,11 +93,11 @@ def _draw_pair(plotter: Any, pyvista: Any, row: int, column: int, pair: tuple[st
         plotter.subplot(row, column + offset)
         plotter.set_background("white")
         surface = Surface(*meshset.get_arrays(mesh_files.read(path)))
-        view = view or pictures.front(surface)  # both from the same place
-        pictures._draw(plotter, pyvista, pyvista.PolyData.from_regular_faces(surface.vertices, surface.faces), view)
+        view = view or pictures.front(surface)  # the same for both
+        pictures.draw_mesh(plotter, pyvista, pyvista.PolyData.from_regular_faces(surface.vertices, surface.faces), view)
     plotter.add_text(_title(Path(pair[1]).name), position="upper_edge", font_size=6, color="black")
 
 
 def _title(name: str) -> str:
     shown = "".join(c if c.isprintable() and c.isascii() else "?" for c in name)
-    return shown if len(shown) <= _LONGEST_TITLE else f"...{shown[3 - _LONGEST_TITLE :]}"
+    return shown if len(shown) <= _MAX_TITLE else f"...{shown[3 - _MAX_TITLE :]}"

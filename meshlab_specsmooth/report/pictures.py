@@ -16,14 +16,14 @@ from meshlab_specsmooth.errors import MissingExtra
 from meshlab_specsmooth.geometry.surface import Surface
 from meshlab_specsmooth.runtime import atomic
 
-_COLOUR = "#d8c9a8"
+_COLOR = "#d8c9a8"
 _WIDTH, _TITLE, _MARGIN = 360, 46, 6  # pixels of a panel
 HEIGHT_BY_WIDTH = (_WIDTH + _TITLE) / _WIDTH
 
 
 @dataclass(frozen=True, eq=False)
 class Panel:
-    """A surface and the lines written over it."""
+    """A surface and its title."""
 
     title: str
     surface: Surface
@@ -31,16 +31,16 @@ class Panel:
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """Where to look from, the same for every panel.
+    """A direction of view with parallel projection, the same for every panel.
 
     Attributes
     ----------
     center : (3,) float64
-        Point looked at, in mesh units.
+        Center of the picture, in mesh units.
     direction, up : (3,) float64
-        From the center toward the eye, and upward in the picture.
+        From the center toward the viewer, and upward in the picture.
     height : float
-        What the picture spans from bottom to top, in mesh units.
+        Height of the picture, in mesh units.
     """
 
     center: Floats
@@ -50,21 +50,21 @@ class View:
 
 
 def front(surface: Surface) -> View:
-    """All of a surface, seen along -z with y upward."""
+    """Return the view of a whole surface from the front, along -z with y upward."""
     low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
     span = float((high - low).max())
     up = np.array([0.0, 1.0, 0.0])
-    # looked at a little above its middle, which leaves room for the title
+    # centered a little above the middle, which leaves room for the title
     return View((low + high) / 2 + 0.06 * span * up, np.array([0.25, 0.15, 1.0]), up, 1.25 * span)
 
 
-def close_up(view: View, center: Floats, share: float) -> View:
-    """The same view, centered elsewhere and spanning a share of its height."""
-    return View(center, view.direction, view.up, view.height * share)
+def close_up(view: View, center: Floats, fraction: float) -> View:
+    """Return a view from the same direction with another center and a fraction of the height."""
+    return View(center, view.direction, view.up, view.height * fraction)
 
 
 def picture(path: str | os.PathLike[str], panels: Sequence[Panel], views: Sequence[View]) -> None:
-    """Write a PNG with a column a panel and a row a view; flat shaded, so that noise shows.
+    """Write a PNG with one column for each panel and one row for each view; flat shading makes noise visible.
 
     Raises
     ------
@@ -78,22 +78,19 @@ def picture(path: str | os.PathLike[str], panels: Sequence[Panel], views: Sequen
 
 
 def render(path: Path, panels: Sequence[Panel], views: Sequence[View]) -> None:
-    """The same into a file of a temporary folder, which is written at once; raises :class:`MissingExtra`."""
+    """Write the PNG of :func:`picture` directly, without a temporary file; raises :class:`MissingExtra`."""
     try:
         import pyvista
     except ImportError as error:
         raise MissingExtra("a picture", "report") from error
-    if sys.platform == "linux" and "DISPLAY" not in os.environ:
-        os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")  # or it warns of a missing X server
-    shape = (len(views), len(panels))
     size = (_WIDTH * len(panels), (_WIDTH + _TITLE) * len(views))
-    plotter = pyvista.Plotter(off_screen=True, shape=shape, window_size=size, border=False, lighting="none")
+    plotter = open_plotter(pyvista, (len(views), len(panels)), size, border=False)
     try:
         for column, panel in enumerate(panels):
             mesh = pyvista.PolyData.from_regular_faces(panel.surface.vertices, panel.surface.faces)
             for row, view in enumerate(views):
                 plotter.subplot(row, column)
-                _draw(plotter, pyvista, mesh, view)
+                draw_mesh(plotter, pyvista, mesh, view)
                 if row == 0:
                     plotter.add_text(panel.title, position="upper_edge", font_size=9, color="black")
         plotter.screenshot(str(path))
@@ -101,15 +98,34 @@ def render(path: Path, panels: Sequence[Panel], views: Sequence[View]) -> None:
         plotter.close()
 
 
-def _draw(plotter: Any, pyvista: Any, mesh: Any, view: View) -> None:
+def open_plotter(pyvista: Any, shape: tuple[int, int], size: tuple[int, int], **options: Any) -> Any:
+    """Open a PyVista plotter without lights that renders off screen, with or without a display.
+
+    Parameters
+    ----------
+    pyvista : module
+    shape : (int, int)
+        Rows and columns of views.
+    size : (int, int)
+        Width and height in pixels.
+    **options
+        For PyVista.
+    """
+    if sys.platform == "linux" and "DISPLAY" not in os.environ:
+        os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")  # else VTK warns of a missing X server
+    return pyvista.Plotter(off_screen=True, shape=shape, window_size=size, lighting="none", **options)
+
+
+def draw_mesh(plotter: Any, pyvista: Any, mesh: Any, view: View) -> None:
+    """Draw a PyVista mesh in the active view of a plotter, lit from the upper left."""
     plotter.set_background("white")
-    plotter.add_mesh(mesh, color=_COLOUR, ambient=0.12, diffuse=0.9, specular=0.15, specular_power=12)
-    # one lamp from the upper left, low over the surface, as a restorer lights a relief; a weak one from the eye
+    plotter.add_mesh(mesh, color=_COLOR, ambient=0.12, diffuse=0.9, specular=0.15, specular_power=12)
+    # a grazing light from the upper left, which shows roughness, and a weak one from the viewer
     side = np.cross(view.up, view.direction)
     for toward, intensity in ((view.direction + 0.8 * view.up - 1.2 * side, 0.85), (view.direction, 0.25)):
-        lamp = pyvista.Light(position=tuple(view.center + toward), focal_point=tuple(view.center), intensity=intensity)
-        lamp.positional = False
-        plotter.add_light(lamp, only_active=True)
+        light = pyvista.Light(position=tuple(view.center + toward), focal_point=tuple(view.center), intensity=intensity)
+        light.positional = False
+        plotter.add_light(light, only_active=True)
     distance = 4 * view.height
     eye = view.center + distance * view.direction / np.linalg.norm(view.direction)
     plotter.camera.position, plotter.camera.focal_point, plotter.camera.up = (

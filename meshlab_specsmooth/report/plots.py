@@ -1,4 +1,4 @@
-"""Plots of a comparison, as SVG to be put into a page."""
+"""Plots of a comparison as SVG, for the page."""
 
 from __future__ import annotations
 
@@ -12,13 +12,11 @@ from typing import Any
 import numpy as np
 
 from meshlab_specsmooth.arrays import Floats
-from meshlab_specsmooth.comparison.comparison import MEASURES, Comparison, Point, Row, format_estimate, shown
+from meshlab_specsmooth.comparison.columns import MEASURES, format_estimate, format_value
+from meshlab_specsmooth.comparison.ranking import Ranking
+from meshlab_specsmooth.comparison.rows import Point, Row
 from meshlab_specsmooth.errors import MissingExtra
-
-# ours stand out; MeshLab's are told from each other
-_OURS = ("#1457b8", "#12a0c4", "#7a4fd0", "#4c8a2a", "#0d2f6b")
-_THEIRS = ("#d1495b", "#e08e0b", "#8c5a2b", "#c65bb0", "#7f7f7f", "#b0a400", "#e377c2", "#555555")
-GIVEN, TRUTH = "#9aa5b1", "#2f2f2f"
+from meshlab_specsmooth.report.palette import row_colors
 
 _STYLE = {
     "svg.fonttype": "none",
@@ -31,23 +29,23 @@ _STYLE = {
     "grid.color": "#e6e9ee",
     "axes.edgecolor": "#8a94a0",
 }
-# against noise removed: what it costs, in the order of the page
+# Measures that are plotted against the noise removed, in the order of the page
 _COSTS = ("estimated_error", "volume", "offset", "feature_loss", "displacement")
 
 
-# Places in the axes of a plot, in its units, and what is said there
+# Points in the axes of a plot, in its units, with the text of their tips
 Marks = list[tuple[float, float, str]]
 
 
 @dataclass(frozen=True)
 class Plot:
-    """A picture, and what is at which place of it.
+    """A picture with tips.
 
     Attributes
     ----------
     svg : str
     marks : tuple of (float, float, str)
-        Places in shares of width and height, from the upper left corner, and words.
+        Positions as fractions of width and height, from the upper left corner, with the text of their tips.
     """
 
     svg: str
@@ -55,7 +53,7 @@ class Plot:
 
 
 def round_length(most: float) -> float:
-    """The largest of 1, 2 and 5 times a power of ten that is no longer.
+    """Return the largest number up to ``most`` that is 1, 2 or 5 times a power of ten.
 
     Examples
     --------
@@ -68,22 +66,8 @@ def round_length(most: float) -> float:
     return float(f"{digit * power:.1g}")
 
 
-def colors(found: Comparison) -> dict[str, str]:
-    """A color for each row, by its name; ours in blue, violet and green."""
-    ours, theirs, chosen = iter(_OURS * 9), iter(_THEIRS * 9), {}
-    for row in reversed(found.rows):  # the last of ours, the automatic ones, get the first of the blues
-        if row.competitor is not None and row.competitor.ours:
-            chosen[row.name] = next(ours)
-    for row in found.rows:
-        if row.competitor is None:
-            chosen[row.name] = GIVEN
-        elif not row.competitor.ours:
-            chosen[row.name] = next(theirs)
-    return chosen
-
-
-def curves(found: Comparison) -> list[Plot]:
-    """What each filter costs over its strengths, against the noise removed; and estimated against true error."""
+def plot_curves(found: Ranking) -> list[Plot]:
+    """Plot the side effects of each filter against the noise removed, and estimated against true errors."""
     known = {key for curve in found.curves for point in curve.points for key in point.values}
     left_out = "offset" if "volume" in known else "volume"
     plots = [
@@ -96,8 +80,8 @@ def curves(found: Comparison) -> list[Plot]:
     return plots
 
 
-def waves(found: Comparison) -> list[Plot]:
-    """Transfer functions and spectra."""
+def plot_spectra(found: Ranking) -> list[Plot]:
+    """Plot the transfer functions and the spectra."""
     return [
         _svg((6.6, 4.0), lambda axes: _responses(found, axes), "transfer functions"),
         _svg((6.6, 4.0), lambda axes: _spectra(found, axes), "spectra"),
@@ -116,17 +100,17 @@ def _svg(size: tuple[float, float], draw: Callable[[Any], Marks], title: str) ->
         found = draw(axes)
         out = io.StringIO()
         figure.savefig(out, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
-    marks = _places(axes, found)
+    marks = _to_picture(axes, found)
     text = out.getvalue()
-    # identifiers are shared by all that is in one page
+    # identifiers must be unique within the page
     prefix = re.sub(r"\W+", "-", title)
     text = re.sub(r'\bid="', f'id="{prefix}-', text[text.index("<svg") :])
     text = re.sub(r'(xlink:href="|url\()#', rf"\1#{prefix}-", text)
     return Plot(text.replace("<svg", f'<svg role="img" aria-label="{title}"', 1), marks)
 
 
-def _places(axes: Any, marks: Marks) -> tuple[tuple[float, float, str], ...]:
-    """Where marks are in the picture; those outside of the axes are left out."""
+def _to_picture(axes: Any, marks: Marks) -> tuple[tuple[float, float, str], ...]:
+    """Positions of marks in the picture, without those outside of the axes."""
     if not marks:
         return ()
     box, at = axes.bbox, axes.transData.transform([mark[:2] for mark in marks])
@@ -139,30 +123,35 @@ def _places(axes: Any, marks: Marks) -> tuple[tuple[float, float, str], ...]:
 
 
 def _line(row: Row) -> dict[str, Any]:
-    ours = row.competitor is not None and row.competitor.ours
-    return {"linewidth": 2.2 if ours else 1.3, "zorder": 3 if ours else 2}
+    return {"linewidth": 2.2 if row.ours else 1.3, "zorder": 3 if row.ours else 2}
 
 
-def _cost(found: Comparison, key: str) -> Callable[[Any], Marks]:
+def _cost(found: Ranking, key: str) -> Callable[[Any], Marks]:
     def draw(axes: Any) -> Marks:
         marks: Marks = []
-        measure, painted = MEASURES[key], colors(found)
+        measure, by_name = MEASURES[key], row_colors(found)
         rows = {row.name: row for row in found.rows}
-        limit = _limit(found, key)
+        limit = _axis_limits(found, key)
         for curve in found.curves:
-            row = rows[curve.competitor.name]
-            at = sorted((_place(point, key) for point in curve.points if _useful(point)), key=lambda xy: -xy[0])
-            color, style = painted[row.name], _line(row)
+            row = rows[curve.spec.name]
+            at = sorted(
+                (_position(point, key) for point in curve.points if _removes_noise(point)), key=lambda xy: -xy[0]
+            )
+            color, style = by_name[row.name], _line(row)
             axes.plot(*np.transpose(at or np.empty((0, 2))), marker="o", markersize=3, color=color, **style)
-            marks += [(*_place(point, key), _words(row.name, key, point)) for point in curve.points if _useful(point)]
+            marks += [
+                (*_position(point, key), _make_tip(row.name, key, point))
+                for point in curve.points
+                if _removes_noise(point)
+            ]
         for row in found.rows:
-            if row.competitor is not None and key in row.values and found.sample is None:
-                x, y = max(100 - row.values["noise_removed"], _LEAST_LEFT), row.values[key]
+            if row.spec is not None and key in row.values and found.sample is None:
+                x, y = max(100 - row.values["noise_removed"], _MIN_LEFT), row.values[key]
                 axes.plot(
-                    [x], [y], marker="D", markersize=7, color=painted[row.name], markeredgecolor="white", zorder=5
+                    [x], [y], marker="D", markersize=7, color=by_name[row.name], markeredgecolor="white", zorder=5
                 )
-                marks.append((x, y, _words(f"{row.name}, at its defaults", key, row)))
-        _along_noise(found, axes)
+                marks.append((x, y, _make_tip(f"{row.name}, at its defaults", key, row)))
+        _set_noise_axis(found, axes)
         axes.set_ylim(*limit)
         if measure.better == "zero":
             axes.axhline(0, color="#8a94a0", linewidth=0.8)
@@ -172,40 +161,40 @@ def _cost(found: Comparison, key: str) -> Callable[[Any], Marks]:
     return draw
 
 
-def _words(name: str, key: str, at: Point | Row) -> str:
-    """What is said where a filter is drawn."""
+def _make_tip(name: str, key: str, at: Point | Row) -> str:
+    """The text of the tip of a filter."""
     measure, value = MEASURES[key], at.values.get(key, np.nan)
-    figure = format_estimate(value, at.uncertainty) if key == "estimated_error" else shown(measure, value)
+    figure = format_estimate(value, at.uncertainty) if key == "estimated_error" else format_value(measure, value)
     lines = [name, f"{measure.label} {figure} {measure.unit}", f"noise removed {at.values['noise_removed']:.1f} %"]
     return "\n".join([*lines, at.call])
 
 
-# per cent of noise left, and no less: what is left of all noise is shape
-_LEAST_LEFT, _MARKS = 0.5, (100, 50, 20, 10, 5, 2, 1)
+# Lower limit of the noise left in per cent, below which shape dominates the measure; ticks
+_MIN_LEFT, _TICKS = 0.5, (100, 50, 20, 10, 5, 2, 1)
 
 
-def _along_noise(found: Comparison, axes: Any) -> None:
-    """The axis: noise removed, as the logarithm of what is left."""
-    left = [_place(point, "")[0] for curve in found.curves for point in curve.points if _useful(point)]
+def _set_noise_axis(found: Ranking, axes: Any) -> None:
+    """Set the horizontal axis to noise removed, on a logarithmic scale of the noise left."""
+    left = [_position(point, "")[0] for curve in found.curves for point in curve.points if _removes_noise(point)]
     low, high = min(left, default=1.0), max(left, default=100.0)
     axes.set_xscale("log")
     axes.set_xlim(min(1.25 * high, 110), 0.8 * low)
     axes.minorticks_off()
-    axes.set_xticks(_MARKS, [f"{100 - mark}" for mark in _MARKS])
+    axes.set_xticks(_TICKS, [f"{100 - mark}" for mark in _TICKS])
     axes.set_xlim(min(1.25 * high, 110), 0.8 * low)
     axes.set_xlabel("noise removed (%)")
 
 
-def _place(point: Point, key: str) -> tuple[float, float]:
-    return max(100 - point.values["noise_removed"], _LEAST_LEFT), point.values.get(key, np.nan)
+def _position(point: Point, key: str) -> tuple[float, float]:
+    return max(100 - point.values["noise_removed"], _MIN_LEFT), point.values.get(key, np.nan)
 
 
-def _useful(point: Point) -> bool:
+def _removes_noise(point: Point) -> bool:
     return point.values["noise_removed"] > -5
 
 
-def _limit(found: Comparison, key: str) -> tuple[float, float]:
-    """What to show of an axis: three quarters of all points, and half as much again; some filters go far astray."""
+def _axis_limits(found: Ranking, key: str) -> tuple[float, float]:
+    """Limits of an axis: the middle three quarters of all points and a margin, because some filters diverge."""
     values = np.array([point.values[key] for c in found.curves for point in c.points if key in point.values] or [0.0])
     if key == "estimated_error":
         return 0.0, 1.25 * found.rows[0].values["estimated_error"] or 1.0
@@ -214,17 +203,17 @@ def _limit(found: Comparison, key: str) -> tuple[float, float]:
     return (0.0 if (values >= 0).all() else float(min(low - room, 0.0))), float(max(high + room, 0.0))
 
 
-def _agreement(found: Comparison, axes: Any) -> Marks:
+def _agreement(found: Ranking, axes: Any) -> Marks:
     marks: Marks = []
-    painted = colors(found)
+    by_name = row_colors(found)
     limit = 1.05 * found.rows[0].values["estimated_error"] or 1.0
     points: list[tuple[str, Mapping[str, float]]] = [(row.name, row.values) for row in found.rows]
-    points += [(c.competitor.name, p.values) for c in found.curves for p in c.points]
+    points += [(c.spec.name, p.values) for c in found.curves for p in c.points]
     for name, values in points:
         if "true_error" in values and values.get("estimated_error", np.inf) <= limit:
             x, y = values["true_error"], values["estimated_error"]
-            axes.plot([x], [y], "o", markersize=4, color=painted[name])
-            marks.append((x, y, f"{name}\nestimated {y:.3f} edges\nin truth {x:.3f} edges"))
+            axes.plot([x], [y], "o", markersize=4, color=by_name[name])
+            marks.append((x, y, f"{name}\nestimated {y:.3f} edges\ntrue {x:.3f} edges"))
     axes.plot([0, limit], [0, limit], color="#8a94a0", linewidth=0.8)
     axes.set_xlim(0, limit)
     axes.set_ylim(0, limit)
@@ -235,24 +224,24 @@ def _agreement(found: Comparison, axes: Any) -> Marks:
     return marks
 
 
-def _responses(found: Comparison, axes: Any) -> Marks:
+def _responses(found: Ranking, axes: Any) -> Marks:
     marks: Marks = []
-    painted = colors(found)
+    by_name = row_colors(found)
     limit = found.rows[0].values.get("estimated_error", np.nan)
     for row in found.rows:
         if row.response is not None and row.values["estimated_error"] <= limit:
-            axes.plot(found.eigenvalues, row.response, color=painted[row.name], **_line(row))
-            marks += _along(row.name, found.eigenvalues, row.response, "of it comes through", "{:.2f}")
+            axes.plot(found.eigenvalues, row.response, color=by_name[row.name], **_line(row))
+            marks += _along(row.name, found.eigenvalues, row.response, "transmitted", "{:.2f}")
     axes.axhline(0, color="#8a94a0", linewidth=0.8)
     axes.set_ylim(-0.15, 1.15)
     axes.set_xscale("log")
-    axes.set_xlabel("eigenvalue of the Laplacian (long waves left, noise right)")
-    axes.set_ylabel("H: what comes through")
+    axes.set_xlabel("eigenvalue of the Laplacian (shape left, noise right)")
+    axes.set_ylabel("H: transmitted fraction")
     return marks
 
 
 def _along(name: str, eigenvalues: Floats, values: Floats, what: str, form: str) -> Marks:
-    """The marks of a curve over eigenvalues."""
+    """Marks of a curve over eigenvalues."""
     return [
         (float(x), float(y), f"{name}\n{form.format(y)} {what}\neigenvalue {x:.2g}")
         for x, y in zip(eigenvalues, values, strict=True)
@@ -260,16 +249,16 @@ def _along(name: str, eigenvalues: Floats, values: Floats, what: str, form: str)
     ]
 
 
-def _spectra(found: Comparison, axes: Any) -> Marks:
+def _spectra(found: Ranking, axes: Any) -> Marks:
     marks: Marks = []
-    painted = colors(found)
+    by_name = row_colors(found)
     least = np.inf
     for row in found.rows:
         if row.power is not None and (row.power > 0).any():
-            style = _line(row) if row.competitor is not None else {"linewidth": 2.2, "linestyle": "--"}
+            style = _line(row) if row.spec is not None else {"linewidth": 2.2, "linestyle": "--"}
             power = np.where(row.power > 0, row.power, np.nan)
             least = min(least, float(np.nanmax(power)) * 1e-5)
-            axes.plot(found.eigenvalues, power, color=painted[row.name], **style)
+            axes.plot(found.eigenvalues, power, color=by_name[row.name], **style)
             marks += _along(row.name, found.eigenvalues, power, "edges² of energy", "{:.2g}")
     axes.set_xscale("log")
     axes.set_yscale("log")

@@ -1,4 +1,4 @@
-"""The spectrum of a surface as one PNG: power, density of modes, and what a filter does to them."""
+"""The spectrum of a surface as one PNG: power, number of modes, and the response of a filter."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def spectrum_plot(
     mean_edge : float
         In mesh units.
     response, weight
-        The low-pass h and the barycenter weight w of the filter that is drawn with it.
+        Low-pass h and barycenter weight w of the filter whose responses are plotted.
     title : str
 
     Raises
@@ -48,18 +48,18 @@ def spectrum_plot(
     s = spectrum
     seen = (s.eigenvalue > 0) & (s.modes > 0)
     x, modes = s.eigenvalue[seen], s.modes[seen]
-    # three coordinates; that of the differential coordinates is lambda^2 times as much
+    # the sum over three coordinates; for the differential coordinates it is multiplied by lambda^2
     floor = np.full_like(x, 3 * s.noise_floor**2)
     curves = (
-        (s.coordinate_power[seen] / modes, "C0", "coordinates, energy a mode"),
-        (s.differential_power[seen] / modes, "C1", "differential coordinates, energy a mode"),
-        (floor, "C0:", f"noise floor, {s.noise_floor:.3g} a coordinate"),
-        (floor * x**2, "C1:", "the same of the differential coordinates"),
+        (s.coordinate_power[seen] / modes, "C0", "coordinates, energy per mode"),
+        (s.differential_power[seen] / modes, "C1", "differential coordinates, energy per mode"),
+        (floor, "C0:", f"noise floor, {s.noise_floor:.3g} per coordinate"),
+        (floor * x**2, "C1:", "noise floor of the differential coordinates"),
     )
     for power, style, label in curves:
         powers.plot(x, power, style, label=label)
     powers.set_xscale("log")
-    if s.coordinate_power[seen].any():  # points at one place have no power, and zero no logarithm
+    if s.coordinate_power[seen].any():  # coincident points have no power, whose logarithm is not finite
         powers.set_yscale("log")
     powers.set(ylabel="squared mesh units", title=title)
     counted = powers.twinx()
@@ -70,12 +70,12 @@ def spectrum_plot(
     gains.semilogx(fine, response(fine), "C2", label=f"h, the low-pass of differential coordinates: {response.label}")
     whole = transfer_function(fine, response(fine), weight)
     gains.semilogx(fine, whole, "C3", label=f"H, the whole filter with barycenter weight {weight:.3g} (regular mesh)")
-    gains.set(xlabel="eigenvalue of the Laplacian (squared frequency)", ylabel="share kept", ylim=(-0.05, 1.1))
+    gains.set(xlabel="eigenvalue of the Laplacian (squared frequency)", ylabel="fraction kept", ylim=(-0.05, 1.1))
     gains.legend(fontsize=8, loc="lower left")
     for axes in (powers, gains):
         axes.grid(visible=True, which="major", alpha=0.3)
 
-    # lambda = (pi h / wavelength)^2; matplotlib asks for 0 as well
+    # lambda = (pi h / wavelength)^2; matplotlib also evaluates at 0
     length = np.pi * (mean_edge or 1.0)
     tiny = np.finfo(np.float64).tiny
     top = powers.secondary_xaxis(

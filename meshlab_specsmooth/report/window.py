@@ -1,4 +1,4 @@
-"""A window with sliders, live on the prepared filter; Polyscope draws it."""
+"""A window with sliders for the parameters of the filter and a view of its result, drawn by Polyscope."""
 
 from __future__ import annotations
 
@@ -21,47 +21,47 @@ from meshlab_specsmooth.smoothing.settings import Region, Smoothing
 from meshlab_specsmooth.spectral.low_pass import LOW_PASSES
 from meshlab_specsmooth.spectral.response import RESPONSES
 
-# Ranges of the sliders: waves in mean edges, and weights, both logarithmic; gains
-WAVES, WEIGHTS, GAINS = (2.5, 200.0), (0.02, 10.0), (0.0, 3.0)
+# Ranges of the sliders: wavelengths in mean edges and weights, both logarithmic, and gains
+WAVELENGTHS, WEIGHTS, GAINS = (2.5, 200.0), (0.02, 10.0), (0.0, 3.0)
 
-_COLOUR = (0.85, 0.79, 0.66)
+_COLOR = (0.85, 0.79, 0.66)
 _NAME = "surface"
 
 
 @dataclass(frozen=True)
-class Setting:
-    """Where the sliders stand.
+class Sliders:
+    """The positions of the sliders.
 
     Attributes
     ----------
-    wave : float
-        The shortest wave kept, in mean edges.
+    wavelength : float
+        Shortest wavelength kept, in mean edges.
     weight : float
     response : str
     gain : float
-        Of features, if there are any.
+        Gain of the features, if there are any.
     """
 
-    wave: float
+    wavelength: float
     weight: float
     response: str
     gain: float = 0.0
 
 
-#: A button: from where the sliders stand, and the result there, to what is to be said of what was done.
-Action = Callable[[Setting, SmoothingResult], str]
+#: The action of a button: from the sliders and the result to a message.
+Action = Callable[[Sliders, SmoothingResult], str]
 
 
-def smoothed(
+def smooth_at(
     ops: Operators,
-    setting: Setting,
+    setting: Sliders,
     features: Floats | None = None,
     start: SmoothingResult | None = None,
     workspace: Workspace | None = None,
 ) -> SmoothingResult:
-    """The surface at a setting; from the result before, as neighboring settings have neighboring results."""
+    """Return the result at a setting; ``start``, the result of a similar setting, makes it faster."""
     edge = float(np.ldexp(ops.mean_edge, ops.exponent))
-    low_pass = LOW_PASSES[setting.response](wavelength=setting.wave * edge)
+    low_pass = LOW_PASSES[setting.response](wavelength=setting.wavelength * edge)
     given = Smoothing(low_pass=low_pass, barycenter_weight=setting.weight)
     region = Region(features=features, feature_gain=setting.gain)
     return smooth_by_setting(ops, given, region, start=start, workspace=workspace)
@@ -69,20 +69,20 @@ def smoothed(
 
 def tune(
     ops: Operators,
-    setting: Setting,
+    setting: Sliders,
     actions: Mapping[str, Action],
     *,
     features: Floats | None = None,
     screenshot: str | os.PathLike[str] | None = None,
 ) -> None:
-    """Open the window, until it is closed; or write what it would show into a PNG, without a display.
+    """Open the window until the user closes it, or write a PNG of it without a display.
 
     Raises
     ------
     MissingExtra
         Polyscope is not installed.
     NoDisplay
-        There is nothing to open a window on.
+        There is no display.
     FileError
         The picture cannot be written.
     """
@@ -112,59 +112,59 @@ def tune(
 
 
 def _frame(
-    polyscope: Any, ops: Operators, setting: Setting, actions: Mapping[str, Action], features: Floats | None
+    polyscope: Any, ops: Operators, setting: Sliders, actions: Mapping[str, Action], features: Floats | None
 ) -> Callable[[], None]:
-    """What is done for each picture: the sliders are drawn, and the surface where they stand."""
+    """Return the callback for each frame, which draws the sliders and updates the surface."""
     workspace = Workspace()
-    result = smoothed(ops, setting, features, workspace=workspace)
-    mesh = polyscope.register_surface_mesh(_NAME, result.vertices, ops.surface.faces, color=_COLOUR)
+    result = smooth_at(ops, setting, features, workspace=workspace)
+    mesh = polyscope.register_surface_mesh(_NAME, result.vertices, ops.surface.faces, color=_COLOR)
     mesh.set_smooth_shade(False)
-    noisy = False
-    said = ""
+    is_given_shown = False
+    message = ""
 
     def frame() -> None:
-        nonlocal setting, result, noisy, said
-        wanted = sliders(polyscope.imgui, setting, with_gain=features is not None)
+        nonlocal setting, result, is_given_shown, message
+        wanted = draw_sliders(polyscope.imgui, setting, with_gain=features is not None)
         has_moved = wanted != setting
         if has_moved:
-            setting, result = wanted, smoothed(ops, wanted, features, result, workspace)
-        has_switched, noisy = polyscope.imgui.Checkbox("as given", noisy)
+            setting, result = wanted, smooth_at(ops, wanted, features, result, workspace)
+        has_switched, is_given_shown = polyscope.imgui.Checkbox("as given", is_given_shown)
         if has_moved or has_switched:
-            mesh.update_vertex_positions(ops.surface.vertices if noisy else result.vertices)
-        polyscope.imgui.TextUnformatted(told(result))
+            mesh.update_vertex_positions(ops.surface.vertices if is_given_shown else result.vertices)
+        polyscope.imgui.TextUnformatted(describe_result(result))
         for label, action in actions.items():
             if polyscope.imgui.Button(label):
-                said = action(setting, result)
-        polyscope.imgui.TextUnformatted(said)
+                message = action(setting, result)
+        polyscope.imgui.TextUnformatted(message)
 
     return frame
 
 
-def sliders(imgui: Any, setting: Setting, *, with_gain: bool) -> Setting:
-    """Draw the sliders, and return where they stand; the setting itself where none was moved."""
+def draw_sliders(imgui: Any, setting: Sliders, *, with_gain: bool) -> Sliders:
+    """Draw the sliders and return their positions; ``setting`` itself if none was moved."""
     names = list(RESPONSES)
-    flags = imgui.ImGuiSliderFlags_Logarithmic
-    is_wave, wave = imgui.SliderFloat("waves kept, in edges", setting.wave, *WAVES, "%.1f", flags)
+    flags, label = imgui.ImGuiSliderFlags_Logarithmic, "wavelengths kept (edges)"
+    is_wavelength, wavelength = imgui.SliderFloat(label, setting.wavelength, *WAVELENGTHS, "%.1f", flags)
     is_weight, weight = imgui.SliderFloat("barycenter weight", setting.weight, *WEIGHTS, "%.3f", flags)
     is_response, at = imgui.Combo("response", names.index(setting.response), names)
     is_gain, gain = imgui.SliderFloat("feature gain", setting.gain, *GAINS) if with_gain else (False, setting.gain)
-    if not (is_wave or is_weight or is_response or is_gain):
+    if not (is_wavelength or is_weight or is_response or is_gain):
         return setting
-    low, high = WAVES
+    low, high = WAVELENGTHS
     return replace(
         setting,
-        wave=float(np.clip(wave, low, high)),  # numbers can be typed in, too
+        wavelength=float(np.clip(wavelength, low, high)),  # numbers can also be typed in
         weight=float(np.clip(weight, *WEIGHTS)),
         response=names[at],
         gain=max(0.0, float(gain)),
     )
 
 
-def told(result: SmoothingResult) -> str:
-    """The evidence in three lines."""
+def describe_result(result: SmoothingResult) -> str:
+    """Return cut-off, displacement and cost of a result in three lines."""
     edges = result.displacement / result.mean_edge if result.mean_edge else 0.0
     return (
-        f"{result.modes:.0f} modes kept, waves longer than {result.wavelength:.4g}\n"
+        f"{result.modes:.0f} modes kept, wavelengths above {result.wavelength:.4g}\n"
         f"vertices moved by {edges:.3f} mean edges (RMS)\n"
-        f"{result.degree} sweeps, {sum(result.cg_iterations)} iterations, {1e3 * result.seconds:.0f} ms"
+        f"degree {result.degree}, {sum(result.cg_iterations)} iterations, {1e3 * result.seconds:.0f} ms"
     )
