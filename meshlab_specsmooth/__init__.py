@@ -24,8 +24,8 @@ from meshlab_specsmooth.version import VERSION
 
 if TYPE_CHECKING:
     from meshlab_specsmooth.batching.many import batch
+    from meshlab_specsmooth.batching.record import Outcome
     from meshlab_specsmooth.batching.summary import BatchSummary
-    from meshlab_specsmooth.batching.work import Outcome
     from meshlab_specsmooth.comparison.comparison import Comparison
     from meshlab_specsmooth.comparison.filter_specs import FilterSpec
     from meshlab_specsmooth.edge_aware.api import denoise, smooth_edge_aware
@@ -83,7 +83,7 @@ _NAMES = {
     "runtime.bars": ("show_progress",),
     "batching.many": ("batch",),
     "batching.summary": ("BatchSummary",),
-    "batching.work": ("Outcome",),
+    "batching.record": ("Outcome",),
     "meshlab.signatures": (
         "MeshSet",
         "apply_coord_edge_aware_smoothing",

@@ -15,7 +15,7 @@ import numpy as np
 import meshlab_specsmooth as mss
 from meshlab_specsmooth.arrays import Floats, Integers
 from meshlab_specsmooth.comparison.filter_specs import FILTER_SPECS, FilterSpec
-from meshlab_specsmooth.isolation import child
+from meshlab_specsmooth.meshlab import isolated_filter
 from meshlab_specsmooth.meshlab.descriptors import Length
 
 Setting = dict[str, Any]
@@ -56,7 +56,7 @@ def on_meshset(spec: FilterSpec, to_parameters: "Callable[..., Setting] | None" 
 
     def run(vertices: Floats, faces: Integers, times: int = 1, **setting: Any) -> Floats:
         given = to_parameters(vertices, **setting) if to_parameters else setting
-        return child.run(vertices, faces, spec.filter, {**spec.parameters, **given}, times).vertices
+        return isolated_filter.run(vertices, faces, spec.filter, {**spec.parameters, **given}, times).vertices
 
     return run
 

@@ -14,13 +14,10 @@ python3 scripts/fuzz.py --only 4711              one call again, with its traceb
 
 import argparse
 import collections
-import contextlib
 import dataclasses
+import itertools
 import pathlib
-import queue
-import subprocess
 import sys
-import threading
 import time
 import traceback
 import warnings
@@ -38,12 +35,13 @@ import numpy as np
 import pymeshlab
 
 import meshlab_specsmooth as mss
+from meshlab_specsmooth.isolation.worker import Worker, WorkerFailed, serve
 from meshlab_specsmooth.meshlab import descriptors, filters
 from meshlab_specsmooth.noise.estimate import KINDS
 
 TYPED = (mss.SpecsmoothError, pymeshlab.PyMeshLabException, pymeshlab.InvalidEnumException)
 MESHSETS = 0.12  # the share of calls
-PATIENCE = 60.0  # seconds for a call
+TIMEOUT = 60.0  # seconds for a call
 # What may be no number in a result: of an open surface, of one probe, of a setting that was given
 MAY_BE_NAN = {"modes_error", "volume_change", "error", "standard_error", "risks", "considered"}
 
@@ -63,7 +61,7 @@ def main() -> int:
     parser.add_argument("--seconds", metavar="S", type=float, default=float("inf"), help="how long at most")
     parser.add_argument("--seed", metavar="N", type=int, default=0, help="(default: 0)")
     parser.add_argument("--only", metavar="N", type=int, help="the number of one call, done in this process")
-    parser.add_argument("--worker", metavar="N", type=int, help=argparse.SUPPRESS)  # the first call of a process
+    parser.add_argument("--worker", action="store_true", help=argparse.SUPPRESS)
     given = parser.parse_args()
     if given.only is not None:
         call = make(given.seed, given.only)
@@ -71,9 +69,8 @@ def main() -> int:
         outcome = outcome_of(call, show=True)
         print(outcome)
         return int(is_failure(outcome))
-    if given.worker is not None:
-        for number in range(given.worker, given.calls):
-            print(f"{number}\t{outcome_of(make(given.seed, number))}", flush=True)
+    if given.worker:
+        serve(lambda number: outcome_of(make(given.seed, number)))
         return 0
     start = time.perf_counter()
     counts: collections.Counter[str] = collections.Counter()
@@ -96,41 +93,13 @@ def is_failure(outcome: str) -> bool:
 
 def outcomes(seed: int, calls: int, until: float) -> Iterator[tuple[int, str]]:
     """The outcome of each call, done in processes that may die."""
-    number = 0
-    while number < calls and time.perf_counter() < until:
-        command = [sys.executable, __file__, "--worker", str(number), "--calls", str(calls), "--seed", str(seed)]
-        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
-        lines: queue.SimpleQueue[str | None] = queue.SimpleQueue()
-        reader = threading.Thread(target=_read, args=(process, lines), daemon=True)
-        reader.start()
-        try:
-            while number < calls and time.perf_counter() < until:
-                try:
-                    line = lines.get(timeout=PATIENCE)
-                except queue.Empty:
-                    yield number, f"FAILURE: no end within {PATIENCE:g} s"
-                    number += 1
-                    break
-                if line is None:
-                    yield number, f"FAILURE: the process ended with {process.wait()}"
-                    number += 1
-                    break
-                words = line.rstrip("\n").split("\t")
-                if len(words) != 2 or words[0] != str(number):
-                    continue  # what something has printed
-                yield number, words[1]
-                number += 1
-        finally:
-            process.kill()
-            process.wait()
-            reader.join()
-
-
-def _read(process: "subprocess.Popen[str]", lines: "queue.SimpleQueue[str | None]") -> None:
-    with process.stdout or contextlib.nullcontext(()) as stream:
-        for line in stream:
-            lines.put(line)
-    lines.put(None)
+    with Worker([sys.executable, __file__, "--worker", "--seed", str(seed)]) as worker:
+        for number in itertools.takewhile(lambda _: time.perf_counter() < until, range(calls)):
+            try:
+                outcome = worker.ask(number, TIMEOUT)
+            except WorkerFailed as error:
+                outcome = f"FAILURE: the process {error}"
+            yield number, outcome
 
 
 def outcome_of(call: Call, show: bool = False) -> str:

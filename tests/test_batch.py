@@ -18,9 +18,10 @@ import pymeshlab
 import pytest
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth.batching import cluster, local, work
+from meshlab_specsmooth.batching import cluster, local, record, work
 from meshlab_specsmooth.batching.inputs import sources
-from meshlab_specsmooth.batching.work import RECORD_ENDING, Job
+from meshlab_specsmooth.batching.record import RECORD_ENDING
+from meshlab_specsmooth.batching.work import Job
 from meshlab_specsmooth.cli import batch as command_line
 from meshlab_specsmooth.cli import main
 from meshlab_specsmooth.geometry.surface import signed_volume
@@ -49,7 +50,7 @@ def statuses(summary):
 
 def outputs(out):
     """Digests of the meshes in a folder."""
-    return {str(p.relative_to(out)): work.digest(str(p)) for p in sorted(out.rglob("*.ply"))}
+    return {str(p.relative_to(out)): record.compute_digest(str(p)) for p in sorted(out.rglob("*.ply"))}
 
 
 @pytest.fixture
@@ -131,7 +132,7 @@ def test_a_damaged_mesh_is_a_line_and_an_exit_code(tmp_path, capsys):
     arguments = ["batch", str(inputs), str(inputs / "none.ply"), "--out", str(tmp_path / "out"), "--no-pictures"]
     assert main([*arguments, "--workers", "1"]) == 1
     printed = capsys.readouterr()
-    assert printed.err == f"specsmooth: 3 of 5 meshes failed; {tmp_path}/out/summary.csv says why\n"
+    assert printed.err == f"specsmooth: 3 of 5 meshes failed; see {tmp_path}/out/summary.csv\n"
     failed = [line for line in printed.out.splitlines() if line.startswith("failed")]
     assert sorted(Path(line.split(": ")[0]).name for line in failed) == ["damaged.ply", "empty.obj", "none.ply"]
     assert "none.ply: no such file" in printed.out
@@ -163,7 +164,7 @@ def test_a_mesh_that_takes_its_process_down_costs_no_other(tmp_path, monkeypatch
     assert not summary.is_complete
     shutil.copy(inputs / "scan0.ply", tmp_path / "endless.ply")
     (outcome,) = batch(tmp_path / "endless.ply", tmp_path / "out", time_limit=1.0).outcomes
-    assert (outcome.status, outcome.reason) == ("crashed", "given up after 1 s")
+    assert (outcome.status, outcome.reason) == ("crashed", "the process that read or smoothed it took more than 1 s")
 
 
 def test_what_is_done_is_skipped_and_what_changed_is_done_again(tmp_path, in_this_process):
@@ -284,14 +285,14 @@ def test_folders_patterns_manifests_and_files_keep_their_places(tmp_path, monkey
         with pytest.raises(mss.FileError, match=f"{manifest}: cannot be read"):
             sources(manifest, "out")
     Path("bad.txt").write_text("x" * 5000)
-    with pytest.raises(mss.FileError, match="bad.txt:1: is no path"):
+    with pytest.raises(mss.FileError, match="bad.txt:1: is not a path"):
         sources("bad.txt", "out")
 
 
 def test_as_many_run_at_once_as_there_is_memory_for(monkeypatch):
     running, most = set(), [0]
 
-    class Recorder(local.Worker):
+    class Recorder(local.MeshWorker):
         def do(self, job, limit, time_limit):
             running.add(job.source)
             most[0] = max(most[0], sum(local.bytes_needed(source, size) for source, size in sizes if source in running))
@@ -301,7 +302,7 @@ def test_as_many_run_at_once_as_there_is_memory_for(monkeypatch):
 
     sizes = [(f"{n}.ply", n * 10**6) for n in range(1, 13)]
     budget = 2 * local.bytes_needed("x.ply", 9 * 10**6)
-    monkeypatch.setattr(local, "Worker", Recorder)
+    monkeypatch.setattr(local, "MeshWorker", Recorder)
     monkeypatch.setattr(local.memory, "available", lambda: budget)
     jobs = [(Job(source, "", "", {}), size) for source, size in sizes]
     assert len(list(local.outcomes(jobs, 8, 60.0))) == 12
@@ -352,9 +353,9 @@ def assert_nothing_looks_finished_that_is_not(out):
     """Each mesh in the folder can be read, and is whole; what has a record is what is recorded."""
     for path in out.glob("*.ply"):
         assert mesh_files.read(path).current_mesh().vertex_number() > 0
-    for record in records(out):
-        output = str(record)[: -len(RECORD_ENDING)]
-        assert work.read_record(output).is_of(output)
+    for path in records(out):
+        output = str(path)[: -len(RECORD_ENDING)]
+        assert record.read_record(output).is_of(output)
 
 
 @posix
@@ -370,7 +371,7 @@ def test_a_run_that_is_killed_is_gone_on_with(tmp_path, monkeypatch, number):
         _, error = process.communicate()
     assert process.returncode != 0
     assert b"Traceback" not in error
-    finished = {str(record): record.stat().st_mtime_ns for record in records(out)}
+    finished = {str(path): path.stat().st_mtime_ns for path in records(out)}
     assert_nothing_looks_finished_that_is_not(out)
     if number != signal.SIGKILL:  # what was going on was cleaned up, and told
         assert not list(out.glob(".specsmooth-*"))
@@ -508,8 +509,8 @@ def test_on_a_cluster_a_mesh_that_kills_its_process_or_its_worker_costs_no_other
     }
     reasons = {Path(outcome.input).stem: outcome.reason for outcome in summary.outcomes}
     assert "crashed (SIGKILL)" in reasons["killed"]
-    assert reasons["kills its worker"] == "every Dask worker that had it died"
-    assert [outcome.reason for outcome in late.outcomes] == ["given up after 1 s"]
+    assert reasons["kills its worker"] == "every Dask worker that ran it died"
+    assert [outcome.reason for outcome in late.outcomes] == ["the process that read or smoothed it took more than 1 s"]
 
 
 @pytest.mark.parametrize(

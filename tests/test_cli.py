@@ -512,7 +512,7 @@ def test_the_demo_says_which_folder_cannot_be_made(tmp_path, run_here):
     (tmp_path / "file").write_text("")
     code, out, err = run_here("demo", "--out", tmp_path / "file" / "sub")
     assert (code, out) == (1, "")
-    assert err == f"specsmooth: {tmp_path / 'file' / 'sub'}: cannot be made: Not a directory\n"
+    assert err == f"specsmooth: {tmp_path / 'file' / 'sub'}: cannot be created: Not a directory\n"
 
 
 @pytest.mark.parametrize(

@@ -160,15 +160,13 @@ def test_a_process_that_dies_or_never_ends_is_a_failure_and_costs_no_other_call(
     script = fuzz_script()
     worker = tmp_path / "worker.py"
     worker.write_text(
-        "import os, sys, time\n"
-        "for i in range(int(sys.argv[2]), 5):\n"
-        "    if i == 1: os.abort()\n"
-        "    if i == 3: time.sleep(60)\n"
-        "    print(f'{i}\\tfinite', flush=True)\n"
+        "import os, time\n"
+        "from meshlab_specsmooth.isolation.worker import serve\n"
+        "serve(lambda i: os.abort() if i == 1 else time.sleep(60) if i == 3 else 'finite')\n"
     )
     monkeypatch.setattr(script, "__file__", str(worker))
-    monkeypatch.setattr(script, "PATIENCE", 2.0)
+    monkeypatch.setattr(script, "TIMEOUT", 2.0)
     found = dict(script.outcomes(0, 5, math.inf))
     assert [number for number, outcome in found.items() if outcome == "finite"] == [0, 2, 4]
-    assert found[1].startswith("FAILURE: the process ended with")
-    assert found[3] == "FAILURE: no end within 2 s"
+    assert found[1] == "FAILURE: the process crashed (SIGABRT)"
+    assert found[3] == "FAILURE: the process took more than 2 s"

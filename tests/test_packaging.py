@@ -12,6 +12,7 @@ import pytest
 
 import meshlab_specsmooth as mss
 from meshlab_specsmooth import meshlab as bridge
+from meshlab_specsmooth.isolation import processes
 
 ROOT = Path(__file__).parent.parent
 
@@ -53,9 +54,9 @@ print(mss.__file__)
 """
 PROCESS = """
 import numpy as np
-from meshlab_specsmooth.isolation.child import Child
-with Child(np.array(MESH[1])) as child:
-    ran = child.run(np.array(MESH[0], dtype=float), "apply_coord_spectral_low_pass", {"modes": 4})
+from meshlab_specsmooth.meshlab.isolated_filter import FilterProcess
+with FilterProcess(np.array(MESH[1])) as process:
+    ran = process.run(np.array(MESH[0], dtype=float), "apply_coord_spectral_low_pass", {"modes": 4})
     assert ran.vertices.shape == (4, 3)
 """
 ARRAYS = """
@@ -117,7 +118,7 @@ def test_each_reason_why_pymeshlab_cannot_be_loaded_has_its_remedy(error, words)
 @pytest.mark.no_cover
 def test_importing_the_package_loads_and_reads_nothing():
     code = """
-import sys
+import pkgutil, sys
 import meshlab_specsmooth as mss
 ours = sorted(name for name in sys.modules if name.startswith("meshlab_specsmooth"))
 assert ours == ["meshlab_specsmooth", "meshlab_specsmooth.version"], ours
@@ -127,9 +128,10 @@ mss.Surface, mss.errors.InvalidSurface
 assert "scipy" not in sys.modules
 mss.smooth, mss.denoise, mss.spectrum, mss.estimate_noise
 assert not {"pymeshlab", "numba", "matplotlib", "meshlab_specsmooth.meshlab.descriptors"} & sys.modules.keys()
-# three names are those of submodules, too
-import meshlab_specsmooth.comparison.metrics, meshlab_specsmooth.spectrum, meshlab_specsmooth.batch
+# no public name is that of a submodule, which would replace it when it is imported
+import meshlab_specsmooth.comparison.metrics, meshlab_specsmooth.power_spectrum, meshlab_specsmooth.batching.many
 assert all(callable(function) for function in (mss.compare, mss.spectrum, mss.batch))
+assert not {*mss.__all__} & {name.name for name in pkgutil.iter_modules(mss.__path__)}
 before = set(dir(mss))
 from meshlab_specsmooth import *
 assert {*mss.__all__} <= before and {*mss.__all__} <= globals().keys()
@@ -162,7 +164,7 @@ def test_an_unknown_name_is_none_and_the_interpreter_knows_a_better_one():
 def test_a_frozen_program_has_no_python_to_start(monkeypatch):
     monkeypatch.setattr(sys, "frozen", True, raising=False)
     with pytest.raises(mss.NoPython, match="has no Python that could be started"):
-        mss.processes.command(print)
+        processes.command(print)
 
 
 def test_descriptors_that_were_not_packed_are_asked_for(monkeypatch, tmp_path):

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth.batching import work
+from meshlab_specsmooth.batching import record, work
 from meshlab_specsmooth.cli import main
 from meshlab_specsmooth.meshlab import losses, mesh_files, meshset, precision
 from tests.meshes import rough, sheet
@@ -58,7 +58,7 @@ def test_too_few_digits_are_refused_before_the_work_or_told(tmp_path, capsys, mo
     assert not list(tmp_path.glob("utm.stl*"))
     outcome = work.run(work.Job(**{**job.__dict__, "force": True}))
     assert outcome.status == "done"
-    assert work.read_record(str(target)).outcome["warning"] == outcome.warning
+    assert record.read_record(str(target)).outcome["warning"] == outcome.warning
     assert "utm.stl: .stl has few digits" in outcome.warning
     mesh_files.write(meshset.new(FAR.astype(np.float32), F), source)
     assert main(["smooth", str(source), str(tmp_path / "o.ply")]) == 1

@@ -98,6 +98,20 @@ def test_a_reader_that_takes_all_memory_is_one_line(folder):
     assert (process.returncode, problem) == (1, "specsmooth: scan.ply: cannot be read: memory ran out\n")
 
 
+def test_a_file_system_without_locks_is_written_to_as_well(folder):
+    code = """
+import sys
+from meshlab_specsmooth.cli import main
+from meshlab_specsmooth.runtime import temporary
+temporary._try_lock = lambda file: False
+sys.exit(main())
+"""
+    command = [sys.executable, "-c", code, "smooth", "scan.ply", "out.ply"]
+    assert subprocess.run(command, cwd=folder, capture_output=True, check=False).returncode == 0
+    assert (folder / "out.ply").read_bytes().startswith(b"ply")
+    assert not list(folder.glob(".specsmooth-*"))
+
+
 def until(condition, seconds=300.0):
     end = time.monotonic() + seconds
     while not condition():

@@ -1,4 +1,4 @@
-"""The same jobs on a Dask cluster that is there already: whose processes and machines, is its business."""
+"""Jobs on an existing Dask cluster, which manages its own workers."""
 
 from __future__ import annotations
 
@@ -7,47 +7,48 @@ import logging
 from collections.abc import Generator, Iterator, Sequence
 from typing import Any
 
-from meshlab_specsmooth.batching.local import Worker, bytes_allowed, check_time_limit
-from meshlab_specsmooth.batching.work import CRASHED, FAILED, Job, Outcome, failure
+from meshlab_specsmooth.batching.local import MeshWorker, bytes_allowed, check_time_limit
+from meshlab_specsmooth.batching.record import CRASHED, FAILED, Outcome
+from meshlab_specsmooth.batching.work import Job, failure
 from meshlab_specsmooth.errors import ClusterError, MissingExtra
 from meshlab_specsmooth.runtime import memory
 
-# Seconds to find a scheduler in; Dask itself tries for half a minute
-_PATIENCE = 10.0
+# seconds in which to find a scheduler; Dask itself tries for half a minute
+_CONNECT_SECONDS = 10.0
 
 
 def outcomes(jobs: Sequence[tuple[Job, int]], scheduler: str, time_limit: float) -> Generator[Outcome]:
-    """Do jobs on a cluster, each given with the size of its file, the largest first; the outcomes as they come.
+    """Do jobs on a cluster, given with the sizes of their files, the largest first; yields outcomes as they come.
 
-    The package must be installed on its workers, and the files be there under the same names. Each job has a process
-    of its own there, with limits of memory and time as on this machine. Where a worker dies, Dask gives what it was at
-    to others; what has outlived too many workers (``distributed.scheduler.allowed-failures``) is tried once more when
-    the rest is done, by itself: then it is known whose fault it was. Closing the iterator cancels what is not done.
+    The package must be installed on the workers, and the files must have the same names there. Each job runs in a
+    separate process, with limits of memory and time as on this machine. If a worker dies, Dask gives its jobs to
+    others; a job during which too many workers died (``distributed.scheduler.allowed-failures``) is repeated alone when
+    the others are done, which shows whether it is the cause. Closing the iterator cancels the remaining jobs.
 
     Raises
     ------
     InvalidParameter
-        At once: ``time_limit`` is not positive.
+        ``time_limit`` is not positive.
     MissingExtra
-        At once.
+        Dask is not installed.
     ClusterError
-        There is no scheduler at that address, or it is lost.
+        There is no scheduler at that address, or the connection to it is lost.
     """
     time_limit = check_time_limit(time_limit)
     try:
-        import distributed  # noqa: F401 (whether it is there)
+        import distributed  # noqa: F401 (whether it is installed)
     except ImportError as error:
         raise MissingExtra("a Dask cluster", "cluster") from error
-    # Found out before there is a client: one that finds no scheduler does not end, and neither does the process then
+    # checked before a client is created: one that finds no scheduler never ends, and keeps the process alive
     try:
         asyncio.run(_connected(scheduler))
-    except Exception as error:  # of whatever kind Dask's protocols raise: addresses, certificates, sockets
+    except Exception as error:  # of any type: Dask's protocols check addresses, certificates, sockets
         raise ClusterError(f"{scheduler}: there is no Dask scheduler ({_in_a_line(error)})") from error
     return _outcomes(scheduler, sorted(jobs, key=lambda pair: -pair[1]), time_limit)
 
 
 async def _connected(scheduler: str) -> None:
-    """Connect to a scheduler and leave; raises where there is none within some seconds."""
+    """Connect to a scheduler and disconnect; raises if there is none within some seconds."""
     import dask.config
     from distributed.comm import connect
     from distributed.comm.addressing import get_address_host_port
@@ -58,7 +59,7 @@ async def _connected(scheduler: str) -> None:
     if not host or not 0 < port < 2**16:
         raise ValueError("an address is tcp://HOST:PORT")
     asked = dask.config.get("distributed.comm.timeouts.connect")
-    timeout = min(dask.utils.parse_timedelta(asked), _PATIENCE)
+    timeout = min(dask.utils.parse_timedelta(asked), _CONNECT_SECONDS)
     comm = await connect(address, timeout=timeout, **Security().get_connection_args("client"))
     comm.abort()
 
@@ -68,24 +69,19 @@ def _in_a_line(error: Exception) -> str:
 
 
 def run_there(job: Job, size: int, time_limit: float) -> Outcome:
-    """Do a job on a worker of the cluster, in a process that may die."""
+    """Do a job on a worker of the cluster, in a separate process."""
     from distributed import get_worker
 
-    worker = Worker()
-    try:
-        return worker.do(
-            job, bytes_allowed(job.source, size, memory.available() // get_worker().state.nthreads), time_limit
-        )
-    finally:
-        worker.tell_to_end()
-        worker.end()
+    share = memory.available() // get_worker().state.nthreads
+    with MeshWorker() as worker:
+        return worker.do(job, bytes_allowed(job.source, size, share), time_limit)
 
 
 def _outcomes(scheduler: str, jobs: Sequence[tuple[Job, int]], time_limit: float) -> Generator[Outcome]:
     import distributed
     from distributed.utils import silence_logging_cmgr
 
-    # of a scheduler that dies Dask's client logs tracebacks, and our error says it all
+    # Dask's client logs tracebacks when the scheduler dies, beside the error that is raised here
     with (
         silence_logging_cmgr(logging.CRITICAL, root="distributed"),
         distributed.Client(scheduler, set_as_default=False) as client,
@@ -98,13 +94,13 @@ def _outcomes(scheduler: str, jobs: Sequence[tuple[Job, int]], time_limit: float
                 yield outcome
         for suspect in suspects:
             for (job, _), outcome in _done(client, [suspect], time_limit):
-                yield outcome or failure(job, CRASHED, "every Dask worker that had it died")
+                yield outcome or failure(job, CRASHED, "every Dask worker that ran it died")
 
 
 def _done(
     client: Any, jobs: Sequence[tuple[Job, int]], time_limit: float
 ) -> Iterator[tuple[tuple[Job, int], Outcome | None]]:
-    """Jobs with their outcomes; None where too many workers died that had it."""
+    """Yield jobs with their outcomes; None where too many workers died during a job."""
     from distributed import KilledWorker, as_completed
 
     owners = {client.submit(run_there, *job, time_limit, pure=False): job for job in jobs}

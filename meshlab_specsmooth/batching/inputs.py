@@ -1,4 +1,4 @@
-"""Which files are meant, and where what is made of each belongs."""
+"""The input files of a batch, and the output file of each."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pathlib import Path
 from meshlab_specsmooth.errors import FileError, InvalidParameter
 from meshlab_specsmooth.parameters import check_path, show
 
-# what pymeshlab reads and what has triangles; other files of a folder are passed over
+# formats that pymeshlab reads and that have triangles; other files of a folder are ignored
 MESH_ENDINGS = frozenset(
     f".{name}"
     for name in (
@@ -19,14 +19,14 @@ MESH_ENDINGS = frozenset(
         *("obj", "off", "ply", "qobj", "stl", "tri", "vmi", "wrl", "x3d", "x3dv"),
     )
 )
-# a list of files, one a line
+# a list of files, one per line
 MANIFEST_ENDING = ".txt"
-_LONGEST_LINE = 4096
+_MAX_LINE_LENGTH = 4096
 
 
 @dataclass(frozen=True)
 class Source:
-    """A mesh to read, and the file of the output folder that it becomes.
+    """A mesh file and its output file.
 
     Attributes
     ----------
@@ -35,7 +35,7 @@ class Source:
     output : str
         Absolute.
     size : int
-        Bytes of the file; 0 where there is none (it fails when it is read, and is told then).
+        Bytes of the file; 0 if there is none, which is reported when it is read.
     """
 
     path: str
@@ -48,28 +48,28 @@ def sources(
     out: str | os.PathLike[str],
     ending: str | None = None,
 ) -> tuple[Source, ...]:
-    """The meshes that files, folders, patterns and manifests stand for, in their order, each once.
+    """Return the meshes of files, folders, patterns and manifests, in their order, each once.
 
-    A file becomes one of its name in the output folder. Meshes of a folder, at any depth, keep their place below it,
-    and so do those that a pattern finds below its last folder before a wildcard, and those of a manifest below the
-    manifest's. What a folder or a pattern finds in the output folder is no input.
+    A single file keeps its name in the output folder. Meshes of a folder, at any depth, keep their path relative to it;
+    those of a pattern keep the path relative to its last folder before a wildcard, those of a manifest the path
+    relative to the manifest. Files in the output folder are not inputs of a folder or a pattern.
 
     Parameters
     ----------
     paths : path or iterable of paths
-        Mesh files, folders, patterns (``"scans/**/*.ply"``), and manifests (``.txt``: a path a line, relative to the
-        manifest; empty lines and those that begin with ``#`` say nothing).
+        Mesh files, folders, patterns (``"scans/**/*.ply"``), and manifests (``.txt``: a path per line, relative to the
+        manifest; empty lines and those that begin with ``#`` are ignored).
     out : path
         The output folder.
     ending : str, optional
-        Format of the outputs, as ``".ply"``; that of each input by default.
+        Format of the outputs, such as ``".ply"``; that of each input by default.
 
     Raises
     ------
     FileError
-        A manifest cannot be read, or a folder or pattern has no mesh.
+        A manifest cannot be read, or there is no mesh in a folder or for a pattern.
     InvalidParameter
-        Two meshes would become the same file, or one would replace its input.
+        Two meshes would have the same output file, or one would replace its input.
 
     Examples
     --------
@@ -80,7 +80,7 @@ def sources(
     ('smooth', 'head.ply')
     """
     if isinstance(paths, bytes | Mapping) or not isinstance(paths, str | os.PathLike | Iterable):
-        raise InvalidParameter(f"paths is {show(paths)}; it must be a path, or several")
+        raise InvalidParameter(f"paths is {show(paths)}; it must be a path, or several paths")
     several = [paths] if isinstance(paths, str | os.PathLike) else list(paths)
     given = [check_path("paths" if one is paths else f"paths[{i}]", one) for i, one in enumerate(several)]
     folder = Path(out).absolute()
@@ -96,8 +96,8 @@ def sources(
             raise InvalidParameter(f"{path} would be replaced by its own result; choose another output folder")
         if name in owners:
             raise InvalidParameter(
-                f"{owners[name]} and {path} would both become {target}; give the folder above them, or a pattern in "
-                "quotation marks, and they keep their places below it"
+                f"{owners[name]} and {path} would both become {target}; pass the folder above them, or a pattern in "
+                "quotation marks, and they keep their paths below it"
             )
         owners[name], places[source] = path, str(target)
     if not places:
@@ -106,16 +106,16 @@ def sources(
 
 
 def _expanded(given: str, out: Path) -> Iterator[tuple[str, Path]]:
-    """Files, and their places in the output folder."""
+    """Yield the files of one argument, and their paths in the output folder."""
     path = Path(given)
     if path.is_dir():
-        yield from _below(path, (file for file in path.rglob("*") if _is_mesh(file)), out, f"{given}: no mesh in it")
+        yield from _below(path, (file for file in path.rglob("*") if _is_mesh(file)), out, f"{given}: contains no mesh")
     elif path.suffix.lower() == MANIFEST_ENDING:
         yield from _listed(path)
     elif not path.exists() and glob.has_magic(given):
         found = (Path(file) for file in glob.iglob(given, recursive=True))  # noqa: PTH207 (absolute as well)
         meshes = (file for file in found if _is_mesh(file))
-        yield from _below(_fixed_part(path), meshes, out, f"{given}: no mesh is called so")
+        yield from _below(_fixed_part(path), meshes, out, f"{given}: matches no mesh")
     else:
         yield given, Path(path.name)
 
@@ -129,13 +129,13 @@ def _below(base: Path, files: Iterable[Path], out: Path, problem: str) -> Iterat
 
 
 def _is_mesh(path: Path) -> bool:
-    """Whether it is a mesh by its name, and not hidden: what is being written is in hidden folders."""
+    """Whether the name is that of a mesh that is not hidden: files are written in hidden folders first."""
     hidden = any(part.startswith(".") and part not in (".", "..") for part in path.parts[-2:])
     return path.suffix.lower() in MESH_ENDINGS and not hidden and path.is_file()
 
 
 def _fixed_part(pattern: Path) -> Path:
-    """The folders before the first wildcard."""
+    """Return the folders before the first wildcard."""
     parts = list(pattern.parts)
     first = next(number for number, part in enumerate(parts) if glob.has_magic(part))
     return Path(*parts[:first])
@@ -147,10 +147,10 @@ def _listed(manifest: Path) -> Iterator[tuple[str, Path]]:
     except OSError as error:
         raise FileError(f"{manifest}: cannot be read: {error.strerror}") from error
     except UnicodeDecodeError as error:
-        raise FileError(f"{manifest}: cannot be read: it is no text in UTF-8") from error
+        raise FileError(f"{manifest}: cannot be read: it is not UTF-8 text") from error
     for number, line in enumerate(lines, start=1):
-        if len(line) > _LONGEST_LINE or "\0" in line:
-            raise FileError(f"{manifest}:{number}: is no path")
+        if len(line) > _MAX_LINE_LENGTH or "\0" in line:
+            raise FileError(f"{manifest}:{number}: is not a path")
         if line.strip() and not line.startswith("#"):
             path = manifest.parent / line.strip()
             inside = path.absolute().is_relative_to(manifest.parent.absolute()) and ".." not in path.parts

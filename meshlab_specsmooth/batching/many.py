@@ -1,4 +1,4 @@
-"""``batch``: many meshes smoothed, here or on a cluster."""
+"""Smooth many meshes, on this machine or on a cluster."""
 
 from __future__ import annotations
 
@@ -11,11 +11,13 @@ from typing import Any
 
 from meshlab_specsmooth.batching import cluster, local
 from meshlab_specsmooth.batching.inputs import sources
+from meshlab_specsmooth.batching.record import NOT_RUN, Outcome
 from meshlab_specsmooth.batching.summary import BatchSummary
-from meshlab_specsmooth.batching.work import NOT_RUN, Job, Outcome, failure, portable
+from meshlab_specsmooth.batching.work import Job, failure
 from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.meshlab import descriptors
 from meshlab_specsmooth.meshlab.filters import FILTERS
+from meshlab_specsmooth.meshlab.isolated_filter import encode_argument
 from meshlab_specsmooth.meshlab.parameters import resolve_for_any_mesh
 from meshlab_specsmooth.parameters import (
     MAX_WORKERS,
@@ -32,13 +34,13 @@ from meshlab_specsmooth.runtime.bars import begin
 from meshlab_specsmooth.runtime.folders import ensure_folder
 from meshlab_specsmooth.runtime.progress import Progress
 
-#: What ``specsmooth smooth`` runs.
+#: The filter of ``specsmooth smooth``.
 FILTER = "apply_coord_spectral_smoothing"
 
-#: Seconds for a mesh: ten million vertices take a hundredth of it.
+#: Default time limit per mesh in seconds, a hundred times what ten million vertices take.
 TIME_LIMIT = 3600.0
 
-# Of a binary PLY file, two faces included
+# in a binary PLY file, including two faces
 _BYTES_PER_VERTEX = 38
 
 
@@ -61,35 +63,35 @@ def batch(
     """Smooth many meshes, in processes of this machine or on a Dask cluster.
 
     Each output is written whole or not at all, with a record of its input, settings and version beside it
-    (``NAME.specsmooth.json``); what is recorded and there is not done again. A mesh that fails, or takes its process
-    down, is a line in the summary. Settings and inputs are checked before anything is done; what is raised later
-    (KeyboardInterrupt above all) leaves the summary of what there is.
+    (``NAME.specsmooth.json``); a mesh whose output and record are there is skipped. A mesh that fails, crashes its
+    process or takes too long is reported in the summary; the others are unaffected. Settings and inputs are checked
+    before anything is done; a later exception, such as KeyboardInterrupt, leaves a summary of the meshes done so far.
 
     Parameters
     ----------
     paths : path or iterable of paths
         Files, folders, patterns, manifests; see :func:`meshlab_specsmooth.batching.inputs.sources`.
     out : path
-        The output folder, made if need be. Besides the outputs and their records it gets ``summary.json``,
-        ``summary.csv`` and contact sheets.
+        The output folder, which is created if necessary. Besides the outputs and their records it contains
+        ``summary.json``, ``summary.csv`` and contact sheets.
     filter_name : str
-        One of our filters that move vertices.
+        A filter of this package that moves vertices.
     scheduler : str, optional
         Address of a Dask scheduler (extra ``cluster``), whose workers have this package and see the same files.
     workers : int, optional
-        How many processes of this machine at most; fewer run where the memory would not suffice.
+        Maximum number of processes on this machine; fewer run if there is not enough memory.
     time_limit : float
-        Seconds that a process may take for a mesh; then it is killed, and the mesh has crashed.
+        Seconds after which the process of a mesh is killed; the mesh then has the status ``"crashed"``.
     resume : bool
-        Skip what is done; else do it again.
+        Skip meshes that are done; else smooth them again.
     ending : str, optional
-        Format of the outputs, as ``".ply"``; that of each input by default.
+        Format of the outputs, such as ``".ply"``; that of each input by default.
     pictures : bool
         Contact sheets with a picture of each mesh before and after, where the extra ``report`` is installed.
     force : bool
-        Write also where a format rounds coordinates by more than a tenth of a mean edge; else such a mesh fails.
+        Write a mesh also if the format rounds its coordinates by more than a tenth of a mean edge; else it fails.
     progress : callable, optional
-        Called with the fraction done (of the inputs' bytes), rising to 1.
+        Called with the fraction done (of the bytes of the inputs), from 0 to 1.
     each : callable, optional
         Called with the outcome of each mesh as it comes.
     settings
@@ -102,9 +104,9 @@ def batch(
     Raises
     ------
     InvalidParameter
-        A setting is wrong, or two meshes would become the same file.
+        A setting is invalid, or two meshes would have the same output file.
     FileError
-        The output folder cannot be made or written, a manifest cannot be read, a folder has no mesh.
+        The output folder cannot be created or written, a manifest cannot be read, or a folder has no mesh.
     MissingExtra, ClusterError
 
     Examples
@@ -124,9 +126,9 @@ def batch(
         "filter_name", filter_name, [name for name in FILTERS if name.startswith("apply_coord_")]
     )
     if ending is not None and not (isinstance(ending, str) and ending.startswith(".") and ending[1:].isalnum()):
-        raise InvalidParameter(f"ending is {show(ending)}; it must be that of a format, as '.ply'")
+        raise InvalidParameter(f"ending is {show(ending)}; it must be that of a format, such as '.ply'")
     if scheduler is not None and not isinstance(scheduler, str):
-        raise InvalidParameter(f"scheduler is {show(scheduler)}; it must be an address, as 'tcp://host:8786'")
+        raise InvalidParameter(f"scheduler is {show(scheduler)}; it must be an address, such as 'tcp://host:8786'")
     resume, pictures = check_flag("resume", resume), check_flag("pictures", pictures)
     force = check_flag("force", force)
     progress, each = begin(progress, "smoothing"), None if each is None else check_function("each", each)
@@ -134,13 +136,13 @@ def batch(
     time_limit = local.check_time_limit(time_limit)
     out = check_path("out", out)
     checked = resolve_for_any_mesh(descriptors.load(filter_name), settings)
-    given = {name: portable(value) for name, value in checked.items()}
+    given = {name: encode_argument(value) for name, value in checked.items()}
     found = sources(paths, out, ending)
     folder = Path(out).absolute()
     for place in sorted({str(folder), *(os.path.dirname(source.output) for source in found)}):  # noqa: PTH120
         ensure_folder(Path(place))
     if scheduler is None:
-        # the processes' own words go nowhere
+        # the warning of a process would not be seen
         backend.is_compiled(max((source.size for source in found), default=0) // _BYTES_PER_VERTEX)
     jobs = [(Job(source.path, source.output, filter_name, given, resume, force), source.size) for source in found]
     coming = (
@@ -151,7 +153,7 @@ def batch(
     known: dict[str, Outcome] = {}
 
     def summary(pictured: Sequence[str]) -> BatchSummary:
-        every = tuple(known.get(job.source) or failure(job, NOT_RUN, "the run was broken off") for job, _ in jobs)
+        every = tuple(known.get(job.source) or failure(job, NOT_RUN, "the run was interrupted") for job, _ in jobs)
         return BatchSummary(every, time.perf_counter() - start, tuple(pictured))
 
     shares = {source.path: source.size + 1 for source in found}

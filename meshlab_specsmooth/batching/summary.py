@@ -1,4 +1,4 @@
-"""What became of each mesh, as an object and as files."""
+"""The summary of a batch, as an object and as files."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from collections import Counter
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 
-from meshlab_specsmooth.batching.work import STATUSES, Outcome
+from meshlab_specsmooth.batching.record import STATUSES, Outcome
 from meshlab_specsmooth.describe import Described, Rows
 from meshlab_specsmooth.runtime import atomic
 from meshlab_specsmooth.version import VERSION
 
-# Meshes that are shown one by one
+# Maximum number of meshes that are listed
 _SHOWN = 20
 
 #: Columns of the table.
@@ -23,16 +23,16 @@ COLUMNS = tuple(field.name for field in fields(Outcome))
 
 @dataclass(frozen=True, repr=False)
 class BatchSummary(Described):
-    """What became of each mesh.
+    """The outcome of each mesh of a batch.
 
     Attributes
     ----------
     outcomes : tuple of Outcome
         In the order of the inputs.
     seconds : float
-        Wall time of all of it.
+        Total wall time.
     pictures : tuple of str
-        Contact sheets.
+        Files of the contact sheets.
     """
 
     outcomes: tuple[Outcome, ...]
@@ -41,19 +41,19 @@ class BatchSummary(Described):
 
     @property
     def counts(self) -> dict[str, int]:
-        """How many meshes have each status, those that occur."""
+        """Number of meshes by status, without those that do not occur."""
         found = Counter(outcome.status for outcome in self.outcomes)
         return {status: found[status] for status in STATUSES if found[status]}
 
     @property
     def summary(self) -> str:
-        """How many meshes became what."""
+        """Number of meshes by status, on one line."""
         count = len(self.outcomes)
         counts = ", ".join(f"{number} {status}" for status, number in self.counts.items())
         return f"{count} mesh{'' if count == 1 else 'es'}: {counts or 'nothing to do'}; {self.seconds:.1f} s"
 
     def rows(self) -> Rows:
-        """The meshes that failed first, and no more than a screen of them."""
+        """The first meshes, of which those without an output come first."""
         ordered = sorted(self.outcomes, key=lambda outcome: outcome.is_there)
         rows = [(outcome.status, _line(outcome)) for outcome in ordered[:_SHOWN]]
         more = len(ordered) - len(rows)
@@ -61,7 +61,7 @@ class BatchSummary(Described):
 
     @property
     def is_complete(self) -> bool:
-        """Whether every output is there."""
+        """Whether every mesh has its output."""
         return all(outcome.is_there for outcome in self.outcomes)
 
     def write(self, out: Path) -> None:
@@ -84,12 +84,12 @@ class BatchSummary(Described):
 
 
 def _line(outcome: Outcome) -> str:
-    """A mesh in a line."""
+    """Describe a mesh on one line."""
     if not outcome.is_there:
         return f"{_writable(outcome.input)}: {outcome.reason}"
     return f"{_writable(outcome.output)}{f' ({outcome.warning})' if outcome.warning else ''}"
 
 
 def _writable(value: object) -> object:
-    """A file's name need not be text: its odd bytes, which Python keeps as halves of characters, are spelled out."""
+    """Escape the bytes of a file name that are not text, which Python represents by surrogates."""
     return value.encode("utf-8", "backslashreplace").decode() if isinstance(value, str) else value

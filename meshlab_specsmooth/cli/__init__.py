@@ -19,9 +19,10 @@ from typing import Any
 from meshlab_specsmooth.cli import batch, compare, demo, denoise, filters, run, smooth, spectrum, tune
 from meshlab_specsmooth.cli.progress import notice
 from meshlab_specsmooth.errors import InvalidParameter, Slow, SpecsmoothError, suggest
-from meshlab_specsmooth.isolation import copies
+from meshlab_specsmooth.isolation import fork
+from meshlab_specsmooth.isolation.exit_status import describe_exit
 from meshlab_specsmooth.meshlab.parameters import PyMeshLabException
-from meshlab_specsmooth.runtime import atomic, temporary
+from meshlab_specsmooth.runtime import temporary
 from meshlab_specsmooth.version import VERSION
 
 DONE, FAILED, USAGE = 0, 1, 2
@@ -107,9 +108,9 @@ def _run(arguments: Sequence[str] | None) -> int:
     try:
         given = _parsed(arguments)
         file = getattr(given, "input", getattr(given, "mesh", None))
-        # a program of its own, and a file that may end it. A copy has no other threads
-        if arguments is None and file is not None and copies.are_possible() and threading.active_count() == 1:
-            return _run_in_a_copy(given, file)
+        # the process is ours, and its file may crash it. A fork has no other threads
+        if arguments is None and file is not None and fork.can_fork() and threading.active_count() == 1:
+            return _run_in_fork(given, file)
         given.run(given)
         return DONE
     finally:
@@ -118,40 +119,29 @@ def _run(arguments: Sequence[str] | None) -> int:
             signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
-def _run_in_a_copy(given: argparse.Namespace, file: str) -> int:
-    """Run a command in a copy of this process; what it wrote gets to its place when the copy has ended well."""
-    for place in _places(given):  # of what a process left that was killed
+def _run_in_fork(given: argparse.Namespace, file: str) -> int:
+    """Run a command in a fork; what it wrote and printed appears when it has ended well."""
+    places = _places(given)
+    for place in places:  # files of a process that was killed
         temporary.remove_stale(place)
-    handed_on = {signal.SIGINT, signal.SIGTERM, signal.SIGHUP}
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {*handed_on, signal.SIGCHLD})
-    copy = copies.start()
-    if copy.process == 0:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-        copies.keep_out_of_streams()
-        if getattr(given, "writes_at_once", False):
+    is_staged = not getattr(given, "writes_at_once", False)
+
+    def work(_: object) -> str:
+        fork.silence_native_output()
+        if not is_staged:
             given.run(given)
-            return DONE
-        with atomic.postponed() as written, contextlib.redirect_stdout(io.StringIO()) as printed:
+            return ""
+        with contextlib.redirect_stdout(io.StringIO()) as printed:
             given.run(given)
-        copies.hand_over(copy, written, printed.getvalue())
-        return DONE
-    code = copies.wait(copy, handed_on)
-    left = copies.take_over(copy)
-    try:
-        if code == DONE:
-            for staged in left.written:
-                staged.move()
-            print(left.answer or "", end="")
-    finally:
-        left.discard()
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-    if code != DONE:
-        for place in _places(given):  # what the copy was writing
-            temporary.remove_stale(place, copy.process)
-    if code < 0:
-        raise Crashed(f"{file}: the process that read, changed or wrote it crashed ({signal.Signals(-code).name})")
-    return code
+        return printed.getvalue()
+
+    result = fork.run_in_fork(work, {signal.SIGINT, signal.SIGTERM, signal.SIGHUP}, places, is_staged)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the process ends now
+    if result.code < 0:
+        raise Crashed(f"{file}: the process that read, changed or wrote it {describe_exit(result.code)}")
+    if result.code == DONE:
+        print(result.answer, end="")
+    return result.code
 
 
 def _places(given: argparse.Namespace) -> list[Path]:

@@ -20,7 +20,7 @@ from meshlab_specsmooth.comparison.parts import select_patch
 from meshlab_specsmooth.comparison.runs import PROBES, SWEEP_PROBES, Bench, StepCounter, count_steps, run_filters
 from meshlab_specsmooth.errors import InvalidParameter, InvalidSurface
 from meshlab_specsmooth.geometry.surface import LARGEST_EXPONENT_OF_AREAS, Surface, check_extent, mean_edge_length
-from meshlab_specsmooth.isolation.child import Child
+from meshlab_specsmooth.meshlab.isolated_filter import FilterProcess
 from meshlab_specsmooth.parameters import NOISE_BOUNDS_IN_EXTENTS, check_number
 from meshlab_specsmooth.runtime.progress import Progress
 from meshlab_specsmooth.version import VERSION
@@ -86,13 +86,17 @@ def experiment(
     whole = MeasuredMesh.of(given, truth, SWEEP_PROBES if is_cut else PROBES, single_run=single_run)
     part = whole.cut(select_patch(given, limits.part), SWEEP_PROBES) if is_cut else whole
     steps = StepCounter(progress, count_steps(specs, whole, part))
-    with Child(given.faces) as child, Child(part.given.faces) as child_of_part, ThreadPoolExecutor(1) as pool:
-        bench = Bench(whole, child, steps)
+    with (
+        FilterProcess(given.faces) as process,
+        FilterProcess(part.given.faces) as part_process,
+        ThreadPoolExecutor(1) as pool,
+    ):
+        bench = Bench(whole, process, steps)
         try:
-            rows, curves = run_filters(specs, bench, Bench(part, child_of_part, steps) if is_cut else bench, pool)
+            rows, curves = run_filters(specs, bench, Bench(part, part_process, steps) if is_cut else bench, pool)
         except BaseException:
-            child.end()  # end running filters, or the pool would wait for them
-            child_of_part.end()
+            process.end()  # end running filters, or the pool would wait for them
+            part_process.end()
             raise
     return Comparison(
         name,

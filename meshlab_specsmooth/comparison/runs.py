@@ -17,8 +17,8 @@ from meshlab_specsmooth.comparison.measured_mesh import MeasuredMesh
 from meshlab_specsmooth.comparison.rows import Curve, Point, Row
 from meshlab_specsmooth.errors import FilterFailed
 from meshlab_specsmooth.geometry.surface import Surface
-from meshlab_specsmooth.isolation.child import Child, Ran
 from meshlab_specsmooth.meshlab.descriptors import Length, load
+from meshlab_specsmooth.meshlab.isolated_filter import FilterProcess, FilterRun
 from meshlab_specsmooth.runtime.progress import Progress
 
 #: Random perturbations for the rows, and for each strength of a sweep.
@@ -37,13 +37,13 @@ class Bench:
     Attributes
     ----------
     mesh : MeasuredMesh
-    child : Child
+    process : FilterProcess
         Holds the faces of the mesh.
     steps : StepCounter
     """
 
     mesh: MeasuredMesh
-    child: Child
+    process: FilterProcess
     steps: StepCounter
 
 
@@ -123,13 +123,13 @@ def _measure_given(mesh: MeasuredMesh, part: MeasuredMesh) -> tuple[Row, Estimat
     """The row of the mesh as given."""
     judge = part if mesh.single_run else mesh
     estimate = judge.estimate_error(judge.given.vertices, judge.perturbed) if mesh.has_estimates else None
-    row = _make_row(None, mesh, Ran(mesh.given.vertices, {}, math.nan), estimate)
+    row = _make_row(None, mesh, FilterRun(mesh.given.vertices, {}, math.nan), estimate)
     return replace(row, power=part.power(part.given.vertices)), estimate
 
 
 def _measure_run(
     spec: FilterSpec,
-    ran: Ran,
+    ran: FilterRun,
     perturbed: list[Floats | None],
     on_part: list[Floats] | None,
     mesh: MeasuredMesh,
@@ -145,7 +145,7 @@ def _measure_run(
     return replace(row, power=part.power(result), response=part.response(result, responses)), estimate
 
 
-def _make_row(spec: FilterSpec | None, mesh: MeasuredMesh, ran: Ran, estimate: EstimatedError | None) -> Row:
+def _make_row(spec: FilterSpec | None, mesh: MeasuredMesh, ran: FilterRun, estimate: EstimatedError | None) -> Row:
     surface = Surface(ran.vertices, mesh.given.faces)
     values, colors = mesh.measure_all(surface)
     uncertainty = math.nan
@@ -159,10 +159,10 @@ def _make_row(spec: FilterSpec | None, mesh: MeasuredMesh, ran: Ran, estimate: E
     return Row(spec, surface, "", values, uncertainty, chosen=chosen, colors=colors, hash=digest)
 
 
-def _run_or_reason(bench: Bench, spec: FilterSpec, vertices: Floats) -> Ran | str:
+def _run_or_reason(bench: Bench, spec: FilterSpec, vertices: Floats) -> FilterRun | str:
     """Run a filter; return its result, or the reason why it failed."""
     try:
-        ran = bench.child.run(vertices, spec.filter, spec.parameters, spec.times)
+        ran = bench.process.run(vertices, spec.filter, spec.parameters, spec.times)
         moved = np.linalg.norm(ran.vertices - vertices, axis=1).max() / np.linalg.norm(np.ptp(vertices, axis=0))
         if moved > _MAX_DISPLACEMENT:
             return f"diverged: it moved a vertex by {moved:.2g} diagonals of the bounding box"
@@ -173,7 +173,7 @@ def _run_or_reason(bench: Bench, spec: FilterSpec, vertices: Floats) -> Ran | st
         bench.steps.advance()
 
 
-def with_chosen(spec: FilterSpec, ran: Ran) -> FilterSpec:
+def with_chosen(spec: FilterSpec, ran: FilterRun) -> FilterSpec:
     """Return the filter with its automatically chosen values as parameters, as far as it has these parameters."""
     if not spec.auto_parameters:
         return spec
@@ -195,7 +195,7 @@ def _for_part(spec: FilterSpec, mesh: MeasuredMesh) -> FilterSpec:
     return replace(spec, parameters=parameters)
 
 
-def _repeat(bench: Bench, spec: FilterSpec, ran: Ran | str, probes: int) -> list[Floats | None] | str:
+def _repeat(bench: Bench, spec: FilterSpec, ran: FilterRun | str, probes: int) -> list[Floats | None] | str:
     """Run a filter on the perturbed meshes at the setting of its first run; None where its choice differed."""
     if isinstance(ran, str):
         return ran
@@ -217,7 +217,7 @@ def _repeat(bench: Bench, spec: FilterSpec, ran: Ran | str, probes: int) -> list
     return [again.vertices if same or not any(agree) else None for again, same in zip(runs, agree, strict=True)]
 
 
-def _chose_the_same(spec: FilterSpec, a: Ran, b: Ran) -> bool:
+def _chose_the_same(spec: FilterSpec, a: FilterRun, b: FilterRun) -> bool:
     """Whether a filter chose the same parameters in two runs, up to small differences of numbers."""
     for name in spec.auto_parameters:
         x, y = a.output.get(name), b.output.get(name)
@@ -227,7 +227,7 @@ def _chose_the_same(spec: FilterSpec, a: Ran, b: Ran) -> bool:
     return True
 
 
-def _run_on_part(part: Bench, spec: FilterSpec, ran: Ran | str) -> list[Floats] | str:
+def _run_on_part(part: Bench, spec: FilterSpec, ran: FilterRun | str) -> list[Floats] | str:
     """Run a filter on a part of the mesh, and on the part perturbed, at the setting of the run on the whole."""
     if isinstance(ran, str):
         return ran

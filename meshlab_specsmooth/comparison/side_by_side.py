@@ -10,7 +10,7 @@ from meshlab_specsmooth.comparison.filter_specs import FilterSpec
 from meshlab_specsmooth.comparison.metrics import measure_errors
 from meshlab_specsmooth.comparison.rows import Row
 from meshlab_specsmooth.geometry.surface import Surface
-from meshlab_specsmooth.isolation import child
+from meshlab_specsmooth.meshlab import isolated_filter
 
 #: The columns of these rows.
 COLUMNS = tuple(MEASURES[key] for key in ("normal_error", "vertex_error", "volume", "seconds"))
@@ -28,7 +28,7 @@ def run_side_by_side(truth: Surface, noisy: Floats, specs: Iterable[FilterSpec])
     """
     yield _row(None, Surface(noisy, truth.faces), truth, 0.0)
     for spec in specs:
-        ran = child.run(noisy, truth.faces, spec.filter, spec.parameters, spec.times)
+        ran = isolated_filter.run(noisy, truth.faces, spec.filter, spec.parameters, spec.times)
         yield _row(spec, Surface(ran.vertices, truth.faces), truth, ran.seconds)
 
 

@@ -1,6 +1,6 @@
-"""How this package starts Python: never so that the working directory is looked into for modules.
+"""Commands that start Python without the working directory on its path.
 
-The working directory is often a folder of files from strangers, and a ``json.py`` among them would be run.
+The working directory is often a folder of files from strangers, and a ``json.py`` in it would be run.
 """
 
 from __future__ import annotations
@@ -12,10 +12,9 @@ from pathlib import Path
 
 from meshlab_specsmooth.errors import NoPython
 
-# ``python -c`` puts the working directory before Python's own library, and so it is taken away before anything is
-# imported from there; -P, which does that, came with Python 3.11 only. Then this very package is imported, wherever it
-# was found, from a folder or an archive, and a function of it called. Ctrl-C is for whoever started the process, who
-# then ends it.
+# ``python -c`` puts the working directory before the standard library, so it is removed before anything is imported
+# from there; -P, which does that, is new in Python 3.11. Then this package is imported from where it was found (also in
+# an archive), and a function of it is called. Ctrl-C is for the process that started this one, and will end it.
 _START = """
 import sys
 if not getattr(sys.flags, "safe_path", False):
@@ -30,19 +29,18 @@ getattr(importlib.import_module(module), function)()
 """
 
 
-def command(function: Callable[[], object], *arguments: str) -> tuple[str, ...]:
-    """What starts a Python that calls a function of this package; to be run with :func:`environment`.
+def command(function: Callable[[], object]) -> tuple[str, ...]:
+    """Return the command that calls a function of this package in a new process; to be run with :func:`environment`.
 
     Parameters
     ----------
     function : callable
-        Of a module, without arguments; it finds ``arguments`` in ``sys.argv[1:]``.
-    arguments : str
+        Defined in a module, without arguments.
 
     Raises
     ------
     NoPython
-        In a frozen program, and where Python is embedded and does not know its executable.
+        The program is frozen, or Python is embedded and does not know its executable.
 
     Examples
     --------
@@ -53,17 +51,17 @@ def command(function: Callable[[], object], *arguments: str) -> tuple[str, ...]:
     if getattr(sys, "frozen", False) or not sys.executable:
         raise NoPython(
             "this program has no Python that could be started for work that may crash; call smooth, denoise or a "
-            "filter on a MeshSet, which need none"
+            "filter on a MeshSet, which start no process"
         )
     package = sys.modules[__name__.partition(".")[0]].__path__[0]
     place = str(Path(package).absolute().parent)
-    return (sys.executable, "-c", _START, place, f"{function.__module__}:{function.__qualname__}", *arguments)
+    return (sys.executable, "-c", _START, place, f"{function.__module__}:{function.__qualname__}")
 
 
 def environment() -> dict[str, str]:
-    """The environment of this process, less what would have Python look for modules in the working directory.
+    """Return the environment variables of this process, without the working directory in PYTHONPATH.
 
-    In PYTHONPATH that is an empty entry, as a colon too many leaves one, or a dot.
+    There it is an empty entry, as a superfluous colon leaves one, or a dot.
 
     Examples
     --------
@@ -73,9 +71,6 @@ def environment() -> dict[str, str]:
     True
     """
     found = dict(os.environ)
-    if "PYTHONPATH" in found:
-        entries = found.pop("PYTHONPATH").split(os.pathsep)
-        kept = [entry for entry in entries if os.path.normpath(entry) != os.curdir]
-        if kept:
-            found["PYTHONPATH"] = os.pathsep.join(kept)
-    return found
+    entries = found.pop("PYTHONPATH", "").split(os.pathsep)
+    kept = os.pathsep.join(entry for entry in entries if os.path.normpath(entry) != os.curdir)
+    return {**found, "PYTHONPATH": kept} if kept else found

@@ -7,13 +7,12 @@ when it has to run them, so they are run here.
 
 from __future__ import annotations
 
+import contextlib
 import difflib
 import functools
 import importlib.resources
 import itertools
 import os
-import subprocess
-import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -24,6 +23,7 @@ import pymeshlab
 
 from meshlab_specsmooth.errors import FileError, InvalidXml
 from meshlab_specsmooth.isolation import processes
+from meshlab_specsmooth.isolation.worker import Worker, WorkerFailed, serve
 from meshlab_specsmooth.meshlab import descriptors
 from meshlab_specsmooth.meshlab.descriptors import Descriptor, Parameter
 from meshlab_specsmooth.meshlab.filter_script import get_script, preserve_script, set_script
@@ -254,38 +254,32 @@ def _name_pairs() -> list[tuple[str, str]]:
 def _find_unknown(names: tuple[str, ...]) -> frozenset[str]:
     """Return the display names that pymeshlab does not know.
 
-    pymeshlab has no function for this, but it reports "something really bad happened" only for unknown filters. Each
-    name is tried on an empty MeshSet in a separate process, as some filters crash there: a name that crashes is known,
-    and the ones after it are tried in another process.
+    pymeshlab has no query for that, but raises an error with a distinctive text when it is to run an unknown filter.
+    This is tried on empty MeshSets in another process, as some filters crash there; one that crashes is known.
     """
     unknown: set[str] = set()
-    remaining = list(names)
-    while remaining:
-        with DeferInterrupts() as hold, temporary.folder() as folder:
-            for number, name in enumerate(remaining):
-                (Path(folder) / f"{number}.mlx").write_text(_format_steps([Step(name, (), 0)]), encoding="utf-8")
-            command, environment = (
-                processes.command(try_names, str(folder), str(len(remaining))),
-                processes.environment(),
-            )
-            with hold.allow():
-                done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)  # noqa: S603
-        answers = [line.split()[1] for line in done.stdout.splitlines() if line.startswith("ANSWER ")]
-        unknown.update(name for name, answer in zip(remaining, answers, strict=False) if answer == "unknown")
-        remaining = remaining[len(answers) + 1 :]
+    if not names:
+        return frozenset()
+    with DeferInterrupts() as hold, temporary.folder() as folder, Worker(processes.command(serve_scripts)) as worker:
+        path = folder / "filter.mlx"
+        for name in names:
+            path.write_text(_format_steps([Step(name, (), 0)]), encoding="utf-8")
+            with hold.allow(), contextlib.suppress(WorkerFailed):
+                if not worker.ask(str(path)):
+                    unknown.add(name)
     return frozenset(unknown)
 
 
-def try_names() -> None:
-    """Print for each numbered script in a folder whether pymeshlab knows its filter."""
-    folder, count = sys.argv[1:]
-    for number in range(int(count)):
-        ms = pymeshlab.MeshSet()
-        _NATIVE_LOAD(ms, str(Path(folder) / f"{number}.mlx"))
-        answer = "known"
-        try:
-            _NATIVE_APPLY(ms)
-        except pymeshlab.PyMeshLabException as error:
-            if "Something really bad happened" in str(error):
-                answer = "unknown"
-        print(f"\nANSWER {answer}", flush=True)  # noqa: T201 (read by the parent process)
+def serve_scripts() -> None:
+    """Report, for each script of one filter, whether pymeshlab knows the filter."""
+    serve(_is_known)
+
+
+def _is_known(path: str) -> bool:
+    ms = pymeshlab.MeshSet()
+    _NATIVE_LOAD(ms, path)
+    try:
+        _NATIVE_APPLY(ms)
+    except pymeshlab.PyMeshLabException as error:
+        return "Something really bad happened" not in str(error)
+    return True

@@ -1,21 +1,20 @@
 """Contact sheets: small pictures of many meshes, before and after.
 
-They are drawn in a process of their own, so that a crash caused by a mesh or a graphics driver loses the sheets only.
+They are drawn in a separate process, as a mesh or a graphics driver may crash it.
 """
 
 from __future__ import annotations
 
+import contextlib
 import importlib.util
-import json
 import os
-import subprocess
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from meshlab_specsmooth.geometry.surface import Surface
 from meshlab_specsmooth.isolation import processes
+from meshlab_specsmooth.isolation.worker import Worker, WorkerFailed, serve
 from meshlab_specsmooth.meshlab import mesh_files, meshset
 from meshlab_specsmooth.report import pictures
 from meshlab_specsmooth.runtime import atomic
@@ -43,24 +42,18 @@ def draw_apart(folder: Path, pairs: Sequence[tuple[str, str]]) -> tuple[str, ...
         return ()
     drawn = []
     per_sheet = _COLUMNS * _ROWS
-    for number, first in enumerate(range(0, len(pairs), per_sheet), start=1):
-        path = str(folder / f"contact-{number}.png")
-        done = subprocess.run(  # noqa: S603 (our own code)
-            processes.command(draw_asked),
-            env=processes.environment(),
-            input=json.dumps([path, pairs[first : first + per_sheet]]).encode(),
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-            check=False,
-        )
-        if done.returncode == 0:
-            drawn.append(path)
+    with Worker(processes.command(serve_sheets)) as worker:
+        for number, first in enumerate(range(0, len(pairs), per_sheet), start=1):
+            path = str(folder / f"contact-{number}.png")
+            with contextlib.suppress(WorkerFailed):
+                worker.ask((path, pairs[first : first + per_sheet]))
+                drawn.append(path)
     return tuple(drawn)
 
 
-def draw_asked() -> None:
-    """Draw the sheet that standard input asks for, in JSON: the arguments of :func:`contact_sheet`."""
-    contact_sheet(*json.load(sys.stdin))
+def serve_sheets() -> None:
+    """Draw sheets for the process that started this one; a request has the arguments of :func:`contact_sheet`."""
+    serve(lambda request: contact_sheet(*request))
 
 
 def contact_sheet(path: str | os.PathLike[str], pairs: Sequence[tuple[str, str]]) -> None:

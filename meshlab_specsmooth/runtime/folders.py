@@ -12,4 +12,4 @@ def ensure_folder(path: Path) -> None:
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise FileError(f"{path}: cannot be made: {error.strerror}") from error
+        raise FileError(f"{path}: cannot be created: {error.strerror}") from error
