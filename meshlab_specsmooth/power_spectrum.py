@@ -14,7 +14,7 @@ from meshlab_specsmooth.describe import Described, Rows, format_length
 from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.geometry.surface import LARGEST_EXPONENT, check_extent
 from meshlab_specsmooth.noise.model import Noise
-from meshlab_specsmooth.operators.assemble import Operators, assemble_any
+from meshlab_specsmooth.operators.assemble import Operators, as_operators, as_uniform
 from meshlab_specsmooth.parameters import BAND_BOUNDS, check_count
 from meshlab_specsmooth.risk.estimate_error import estimate_noise_of
 from meshlab_specsmooth.runtime import blocks
@@ -118,12 +118,12 @@ def spectrum(
     array([0. , 1. , 1. , 1. , 1.5, 1.5])
     """
     bands = check_count("bands", bands, *BAND_BOUNDS)
-    ops = assemble_any(mesh, faces, laplacian)
+    ops = as_operators(mesh, faces, laplacian)
     if len(ops.active) == 0:
         raise InvalidParameter("a mesh without edges has no spectrum")
     check_extent(ops.exponent, LARGEST_EXPONENT, "power, which is their square")
     with blocks.one_blas_thread():
-        noise = estimate_noise_of(assemble_any(ops, None, "uniform")).scaled(ops.exponent)
+        noise = estimate_noise_of(as_uniform(ops)).scaled(ops.exponent)
     return _measure(ops, bands, noise)
 
 

@@ -5,8 +5,11 @@ import pytest
 
 import meshlab_specsmooth as mss
 from meshlab_specsmooth.geometry.surface import face_vectors, vertex_normals
-from meshlab_specsmooth.operators import patches
-from meshlab_specsmooth.risk import choose_weight as automatic
+from meshlab_specsmooth.noise.estimate import estimate
+from meshlab_specsmooth.operators.assemble import assemble_surface
+from meshlab_specsmooth.operators.patches import draw_patches, find_interior
+from meshlab_specsmooth.risk.choose_weight import CRITERIA, CandidateLowPass, search_weight
+from meshlab_specsmooth.spectral.response import heat
 from tests.meshes import edge_of, impulses, kinds_of_noise, noisy, remeshed_box, sheet, torus
 
 TORUS, BOX = torus(80, 40), remeshed_box()
@@ -44,12 +47,12 @@ def test_the_choice_is_nearly_the_best(clean, level):
 
 def test_normals_get_better_than_with_the_choice_for_positions():
     V, F = noisy(BOX, 0.1)
-    position, normals = (mss.smooth(V, F, criterion=criterion).vertices for criterion in automatic.CRITERIA)
+    position, normals = (mss.smooth(V, F, criterion=criterion).vertices for criterion in CRITERIA)
     assert 0.9 < turned(normals, BOX) / turned(position, BOX) < 0.98
     assert 1.05 < across(normals, BOX) / across(position, BOX) < 1.25  # which is what it costs
     # where all is smooth there is nothing to gain, nor to lose
     V, F = noisy(TORUS, 0.1)
-    position, normals = (mss.smooth(V, F, criterion=criterion).vertices for criterion in automatic.CRITERIA)
+    position, normals = (mss.smooth(V, F, criterion=criterion).vertices for criterion in CRITERIA)
     assert turned(normals, TORUS) == pytest.approx(turned(position, TORUS), rel=0.02)
 
 
@@ -105,14 +108,17 @@ def test_a_rim_moves_across_the_surface_where_neighbors_share_the_noise():
     assert np.array_equal(given, mss.smooth(V, F, barycenter_weight=0.3, boundary="fixed").vertices)
 
 
-def test_large_meshes_are_judged_by_patches(monkeypatch):
-    V, F = noisy(BOX, 0.2)
-    whole = mss.smooth(V, F)
-    monkeypatch.setattr(patches, "WHOLE", 1000)
-    monkeypatch.setattr(patches, "_SIZE", 700)
-    by_patches = mss.smooth(V, F)
+def test_large_meshes_are_represented_by_patches():
+    clean = remeshed_box(42)
+    V, F = noisy(clean, 0.2)
+    ops = assemble_surface(mss.Surface(V, F))
+    patches = draw_patches(ops)
+    assert len(patches.vertices) < 0.8 * len(V)
+    by_patches, whole = estimate(patches.ops, patches.counted), estimate(ops, find_interior(ops))
     assert by_patches.noise.level == pytest.approx(whole.noise.level, rel=0.1)
-    assert across(by_patches.vertices, BOX) < 1.1 * across(whole.vertices, BOX)
+    weight, *_ = search_weight(ops, find_interior(ops), whole, "position", CandidateLowPass(heat, 20.0))
+    by_whole = mss.smooth(ops, barycenter_weight=weight, response="heat")
+    assert across(mss.smooth(ops).vertices, clean) < 1.1 * across(by_whole.vertices, clean)
 
 
 @pytest.mark.no_cover

@@ -3,22 +3,20 @@
 import numpy as np
 import pymeshlab
 import pytest
-from meshlab_specsmooth.edge_aware.filtering import low_pass
-from meshlab_specsmooth.edge_aware.regions import Region
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 import meshlab_specsmooth as mss
 from meshlab_specsmooth.cli import main
 from meshlab_specsmooth.comparison.metrics import normal_error
-from meshlab_specsmooth.edge_aware import mesh as mesh_of_edges
-from meshlab_specsmooth.edge_aware import pieces
+from meshlab_specsmooth.edge_aware.filter import low_pass_normals
+from meshlab_specsmooth.edge_aware.operators import assemble_faces, cut_along_creases, draw_sample, smooth_isotropically
+from meshlab_specsmooth.edge_aware.region import FaceRegion
 from meshlab_specsmooth.geometry.surface import boundary_vertices, face_vectors
 from meshlab_specsmooth.graph.creases import cut_along, cut_graph, find_creases
 from meshlab_specsmooth.graph.face_adjacency_scipy import face_graph
-from meshlab_specsmooth.meshlab import creases, filters, mesh_files, meshset
+from meshlab_specsmooth.meshlab import creases, filters, mesh_files, meshset, parameters
 from meshlab_specsmooth.meshlab.creases import selected_edges
-from meshlab_specsmooth.operators import patches
 from tests import state
 from tests.meshes import rough, sheet, torus
 from tests.test_edge_aware import box
@@ -65,7 +63,7 @@ def test_what_is_not_selected_stays_to_the_bit_and_the_displacement_fades_out():
     assert share[ring >= 3] == pytest.approx(1.0)
 
 
-def test_noise_and_setting_are_those_of_the_selected_part(monkeypatch):
+def test_noise_and_setting_are_those_of_the_selected_part():
     V, F = torus(50, 24)
     noisy = HALF
     V = np.where(noisy[:, None], rough((V, F), 0.2)[0], V)
@@ -75,13 +73,12 @@ def test_noise_and_setting_are_those_of_the_selected_part(monkeypatch):
     # too small a part to tell
     assert smoothed((V, F), mask=np.arange(1200) < 100).noise.level == whole.noise.level
     # pieces of a large mesh are taken where it is selected
-    monkeypatch.setattr(patches, "WHOLE", 500)
-    monkeypatch.setattr(patches, "_SIZE", 200)
-    mesh = mesh_of_edges.built(*(lambda V, F: (V, F.astype(np.int32)))(*torus(60, 30)), np.arange(1800) < 900)
-    sample, _, _ = pieces.sample_of(mesh)
-    found = {tuple(p) for p in sample.V[sample.counts]}
+    V, F = torus(150, 100)
+    mesh = assemble_faces(V, F.astype(np.int32), np.arange(len(V)) < 6000)
+    sample, _, _ = draw_sample(mesh)
+    found = {tuple(p) for p in sample.V[sample.counted]}
     assert len(found) >= 200
-    assert found <= {tuple(p) for p in mesh.V[:900]}
+    assert found <= {tuple(p) for p in mesh.V[:6000]}
 
 
 def test_features_are_smoothed_as_the_rest_kept_or_enhanced():
@@ -161,7 +158,7 @@ def test_faces_are_neighbors_where_no_crease_lies_between_them(share):
 def test_nothing_flows_across_creases():
     V, F = rough(BOX, 0.15, seed=2)
     F = F.astype(np.int32)
-    mesh = mesh_of_edges.built(V, F, np.ones(len(V), dtype=bool), creases=PAIRS)
+    mesh = cut_along_creases(assemble_faces(V, F, np.ones(len(V), dtype=bool)), PAIRS)
     top = np.flatnonzero((BOX[0][:, 2] == 6) & ((BOX[0][:, :2] % 6 > 1) & (BOX[0][:, :2] % 6 < 5)).all(axis=1))
     other = V.copy()
     other[top] += 0.3 * np.random.default_rng(5).standard_normal((len(top), 3))
@@ -169,9 +166,9 @@ def test_nothing_flows_across_creases():
     area = np.ones(len(F))
     N = []
     for X in (V, other):
-        guide = mesh.kernels.face_geometry(mesh_of_edges.smooth_isotropically(mesh, X, 0.3))[1]
+        guide = mesh.kernels.face_geometry(smooth_isotropically(mesh, X, 0.3))[1]
         center, given, _ = mesh.kernels.face_geometry(X)
-        N.append((guide, low_pass(mesh.kernels, center, given, area, guide, 2.0, 0.35, parted=True)))
+        N.append((guide, low_pass_normals(mesh.kernels, center, given, area, guide, 2.0, 0.35, is_cut=True)))
     for first, second, scale in zip(*N, (1e-3, 1e-5), strict=True):  # the least squares are solved to 1e-4
         far = np.abs(first - second).max(axis=1)
         assert far[~elsewhere].max() > 0.05
@@ -215,8 +212,8 @@ def test_soft_settings_do_not_round_what_is_a_crease():
         ([[3, 3]], r"creases\[0\] is \(3, 3\), which is no edge"),
         ([0, 1], r"creases has shape \(2,\); pass \(k, 2\)"),
         ([[0, 1, 2]], "shape"),
-        ([[0.0, 1.0]], "whole numbers"),
-        ([[True, False]], "whole numbers"),
+        ([[0.0, 1.0]], "vertex pairs are integers"),
+        ([[True, False]], "vertex pairs are integers"),
         ([[0, 1], [2]], "no array of vertex pairs"),
         (0, "angle"),
         (180, "angle"),
@@ -251,16 +248,16 @@ def test_other_restrictions_are_refused_by_name(given):
         mss.denoise(*BOX, **given)
 
 
-def test_a_region_of_vertices_that_become_one_is_held_by_the_firmest():
-    region = Region(
+def test_vertices_that_become_one_keep_the_largest_fraction():
+    region = FaceRegion(
         "auto", np.array([True, True, False, True]), np.array([0.0, 1, 0, 0]), np.array([[0, 1], [0, 2], [1, 3]])
     )
-    after = region.on(np.array([0, 1, 0, -1]), 2)
+    after = region.renumbered(np.array([0, 1, 0, -1]), 2)
     assert after.inside.tolist() == [False, True]
     assert after.kept.tolist() == [0, 1]
-    assert Region("auto", None, None, np.array([[0, 1], [0, 2]])).on(np.array([0, 1, 0]), 2).creases.tolist() == [
-        [0, 1]
-    ]
+    assert FaceRegion("auto", None, None, np.array([[0, 1], [0, 2]])).renumbered(
+        np.array([0, 1, 0]), 2
+    ).creases.tolist() == [[0, 1]]
 
 
 # on MeshSets
@@ -342,7 +339,7 @@ def test_selected_edges_are_creases(name):
             filters.FILTERS[name](selected, **wrong)
     with pytest.raises(mss.InvalidParameter, match="no edge is selected"):
         filters.FILTERS[name](by_angle, creases="edge_selection")
-    assert issubclass(filters.RefusedParameter, pymeshlab.PyMeshLabException)
+    assert issubclass(parameters.RefusedParameter, pymeshlab.PyMeshLabException)
 
 
 def test_edges_that_are_written_in_another_way_are_an_error_with_a_remedy(monkeypatch):

@@ -8,7 +8,8 @@ import pytest
 import meshlab_specsmooth as mss
 from meshlab_specsmooth.meshlab import meshset
 from meshlab_specsmooth.meshlab.descriptors import load
-from meshlab_specsmooth.meshlab.filters import FILTERS, PyMeshLabException
+from meshlab_specsmooth.meshlab.filters import FILTERS
+from meshlab_specsmooth.meshlab.parameters import PyMeshLabException
 from tests.meshes import TETRAHEDRON, TRIANGLE, rough, sheet, together, torus
 
 V, F = rough(torus(8, 6))

@@ -21,7 +21,6 @@ from meshlab_specsmooth.graph.vertex_kernels_numba import NumbaVertexKernels
 from meshlab_specsmooth.graph.vertex_kernels_scipy import ScipyVertexKernels
 from meshlab_specsmooth.operators.laplacians import laplacian_of_kind
 from meshlab_specsmooth.runtime import backend, blocks
-from meshlab_specsmooth.smoothing.api import prepare
 from tests.meshes import TETRAHEDRON, flaws, meshes, rough, sheet, together, torus
 
 MESHES = {"closed": rough(torus(12, 9)), "open": rough(sheet()), "flawed": flaws(sheet(5, 4))["duplicate faces"]}
@@ -224,18 +223,18 @@ def test_a_badly_ordered_mesh_is_put_in_order_inside_and_the_result_put_back():
     V, F, at = shuffled(LARGE)
     assert order.is_scattered(F.astype(np.int32), len(V))
     assert not order.is_scattered(LARGE[1].astype(np.int32), len(V))
-    prepared = prepare(V, F)
-    assert np.array_equal(np.sort(prepared.moving), np.arange(len(V)))
-    indices = prepared.L.graph.indices.astype(np.int64)
-    row = np.repeat(np.arange(len(V)), np.diff(prepared.L.graph.indptr))
+    ops = mss.assemble(V, F)
+    assert np.array_equal(np.sort(ops.active), np.arange(len(V)))
+    indices = ops.L.graph.indices.astype(np.int64)
+    row = np.repeat(np.arange(len(V)), np.diff(ops.L.graph.indptr))
     assert np.median(abs(indices - row)) < order.NEAR / 10 < np.median(abs(F[:, 0] - F[:, 1]))
     given = {"barycenter_weight": 1.0}  # a chosen one depends on draws of noise, which go by the order of vertices
     straight = mss.smooth(*LARGE, **given).vertices[at]
-    assert prepared.smooth(**given).vertices == pytest.approx(straight, abs=1e-4 * prepared.mean_edge)
+    assert mss.smooth(ops, **given).vertices == pytest.approx(straight, abs=1e-4 * ops.mean_edge)
     weights = np.random.default_rng(3).random(len(V))
     some = {"mask": weights[at] > 0.5, "features": weights[at], "feature_gain": 1.0, **given}
     expected = mss.smooth(*LARGE, mask=weights > 0.5, features=weights, feature_gain=1.0, **given).vertices[at]
-    assert prepared.smooth(**some).vertices == pytest.approx(expected, abs=1e-4 * prepared.mean_edge)
+    assert mss.smooth(ops, **some).vertices == pytest.approx(expected, abs=1e-4 * ops.mean_edge)
 
 
 def test_places_near_each_other_are_near_on_the_curve():

@@ -6,7 +6,7 @@ import pytest
 
 import meshlab_specsmooth as mss
 from meshlab_specsmooth.geometry.surface import vertex_normals
-from meshlab_specsmooth.noise import estimate as noise_room
+from meshlab_specsmooth.noise.sample import sample
 from tests.meshes import TETRAHEDRON, edge_of, flaws, kinds_of_noise, noisy, remeshed_box, sheet, torus
 
 TORUS, BOX = torus(80, 40), remeshed_box()
@@ -49,7 +49,7 @@ def test_a_clean_shape_has_next_to_none(clean):
 
 
 @pytest.mark.parametrize(("kind", "V"), [*kinds_of_noise(TORUS)])
-def test_kinds_are_told_apart(kind, V):
+def test_kinds_are_distinguished(kind, V):
     noise = mss.estimate_noise(V, TORUS[1])
     assert noise.kind == kind
     # all but the long waves of correlated noise are found
@@ -58,25 +58,27 @@ def test_kinds_are_told_apart(kind, V):
     assert noise.low <= noise.level <= noise.high
 
 
-def test_impulses_are_drawn_as_impulses_and_shared_noise_as_shared():
+def test_impulses_are_sampled_as_impulses_and_correlated_noise_as_correlated():
     found = {kind: mss.estimate_noise(V, TORUS[1]) for kind, V in kinds_of_noise(TORUS)}
-    on = noise_room.sheet(TORUS[0], np.ascontiguousarray(TORUS[1], dtype=np.int32))
-    assert found["impulse"].hit == pytest.approx(0.2, rel=0.5)
-    drawn = noise_room.realization(on, NORMALS, found["impulse"])
-    assert (drawn != 0).mean() == pytest.approx(found["impulse"].hit, rel=0.1)
+    L = mss.assemble(*TORUS).L
+    assert found["impulse"].impulse_density == pytest.approx(0.2, rel=0.5)
+    drawn = sample(L, NORMALS, found["impulse"], 0)
+    assert (drawn != 0).mean() == pytest.approx(found["impulse"].impulse_density, rel=0.1)
     assert drawn.std() == pytest.approx(found["impulse"].level, rel=0.1)
-    assert 0 < found["correlated"].shared <= found["correlated"].level
-    drawn = noise_room.realization(on, NORMALS, found["correlated"])
+    assert 0 < found["correlated"].correlated_level <= found["correlated"].level
+    drawn = sample(L, NORMALS, found["correlated"], 0)
     assert drawn.std() == pytest.approx(found["correlated"].level, rel=0.1)
-    beside = np.corrcoef((drawn - on.L @ drawn)[:, 0], drawn[:, 0])[0, 1]  # mean of the neighbors
+    beside = np.corrcoef((drawn - L @ drawn)[:, 0], drawn[:, 0])[0, 1]  # mean of the neighbors
     assert beside > 0.9
-    assert all(found[kind].shared == 0 and found[kind].hit == 1 for kind in ("directional", "quantized"))
+    assert all(
+        found[kind].correlated_level == 0 and found[kind].impulse_density == 1 for kind in ("directional", "quantized")
+    )
 
 
 def test_the_evidence_of_white_noise_agrees_with_itself():
     noise = mss.estimate_noise(*noisy(TORUS, 0.3))
-    assert noise.orders == pytest.approx([noise.level] * 4, rel=0.06)
-    assert noise.bands[:3] == pytest.approx([noise.level] * 3, rel=0.1)
+    assert noise.levels_by_power == pytest.approx([noise.level] * 4, rel=0.06)
+    assert noise.levels_by_band[:3] == pytest.approx([noise.level] * 3, rel=0.1)
     assert noise.covariance == pytest.approx(np.eye(3), abs=0.2)
     assert abs(noise.kurtosis) < 0.4
     assert noise.outliers < 0.01
@@ -86,7 +88,7 @@ def test_the_evidence_of_white_noise_agrees_with_itself():
 def test_it_scales_with_the_mesh(scale):
     V, F = noisy(TORUS, 0.2)
     one, scaled = mss.estimate_noise(V, F), mss.estimate_noise(V * scale, F)
-    for name in ("level", "low", "high", "mean_edge", "orders", "bands"):
+    for name in ("level", "low", "high", "mean_edge", "levels_by_power", "levels_by_band"):
         assert np.array(getattr(scaled, name)) / scale == pytest.approx(np.array(getattr(one, name)), rel=1e-3)
     assert scaled.kind == one.kind
 
@@ -108,12 +110,12 @@ def test_any_mesh_has_a_finite_level(mesh):
 
 def filters(F):
     """Ours and MeshLab's, weak to strong."""
-    prepared = {}
+    last = {}
 
     def ours(weight):
         def smooth(V):
-            prepared["last"] = mss.smooth(V, F, barycenter_weight=weight)
-            return prepared["last"].vertices
+            last["result"] = mss.smooth(V, F, barycenter_weight=weight)
+            return last["result"].vertices
 
         return smooth
 
@@ -211,7 +213,7 @@ def test_bad_surfaces_are_refused():
         mss.estimate_noise([[0, 0, np.nan]], [[0, 0, 0]])
 
 
-def test_an_error_that_cannot_be_told_from_none_is_not_called_zero():
+def test_an_error_that_cannot_be_distinguished_from_zero_is_not_called_zero():
     noise = mss.estimate_noise(*noisy(TORUS, 0.2))
     least, edge = noise.resolution, noise.mean_edge
     assert 0 < least < 0.5 * noise.level

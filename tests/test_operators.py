@@ -3,11 +3,12 @@ import pytest
 
 import meshlab_specsmooth as mss
 from meshlab_specsmooth.graph.build import mesh_graph
-from meshlab_specsmooth.operators.laplacians import (
+from meshlab_specsmooth.operators.barycenters import (
     barycenters,
     gram_of_barycenters,
-    laplacian_of_kind,
+    weighted_gram_of_barycenters,
 )
+from meshlab_specsmooth.operators.laplacians import laplacian_of_kind
 from tests.meshes import TETRAHEDRON, TRIANGLE, flaws, rough, sheet, torus, torus_eigenvalue, torus_graph, wave
 
 
@@ -106,5 +107,17 @@ def test_the_gram_matrix_of_the_barycenters_needs_no_matrix(mesh):
     graph = mesh_graph(F.astype(np.int32), len(V))
     gram = gram_of_barycenters(graph)
     C = barycenters(F, len(V))
-    whole = np.diag(gram.diagonal[:, 0]) + gram.edge * graph.graph.adjacency().toarray() + gram.odd.toarray()
+    whole = (
+        np.diag(gram.diagonal[:, 0]) + gram.regular_edge * graph.graph.adjacency().toarray() + gram.irregular.toarray()
+    )
     assert whole == pytest.approx((C.T @ C).toarray())
+
+
+@pytest.mark.parametrize("mesh", MESHES.values(), ids=MESHES)
+def test_barycenters_may_weigh_differently_from_face_to_face(mesh):
+    V, F = mesh
+    weights = np.random.default_rng(1).uniform(0.1, 10, len(F))
+    gram = weighted_gram_of_barycenters(np.asarray(F, dtype=np.int32), len(V), weights)
+    assert gram.regular_edge == 0
+    C = np.diag(weights) @ barycenters(F, len(V)).toarray()
+    assert np.diag(gram.diagonal[:, 0]) + gram.irregular.toarray() == pytest.approx(C.T @ C)

@@ -13,7 +13,7 @@ from meshlab_specsmooth import parameters
 from tests.meshes import rough, torus
 
 V, F = rough(torus(6, 5))
-PREPARED = mss.prepare(V, F)
+OPS = mss.assemble(V, F)
 
 
 class Odd:
@@ -34,9 +34,11 @@ class Odd:
 # Invalid for every parameter
 INVALID = (1j, b"x", object(), Odd(), [0.5], {"a": 1}, np.ones(3), np.ones((2, 2)), Decimal("0.5"), -(10**5000))
 FUNCTIONS = {
-    **{f.__name__: (f, (V, F)) for f in (mss.smooth, mss.low_pass, mss.enhance, mss.prepare, mss.spectrum)},
+    **{
+        f.__name__: (f, (V, F)) for f in (mss.smooth, mss.low_pass, mss.enhance, mss.assemble, mss.choose, mss.spectrum)
+    },
     **{f.__name__: (f, (V, F)) for f in (mss.smooth_edge_aware, mss.denoise)},
-    **{f"prepared.{name}": (getattr(PREPARED, name), ()) for name in ("smooth", "low_pass", "enhance")},
+    **{f"{f.__name__} of operators": (f, (OPS, None)) for f in (mss.smooth, mss.low_pass, mss.enhance)},
     "estimate_error": (mss.estimate_error, (lambda x: x, V, F)),
     "compare": (mss.compare, ((V, F),)),
     "batch": (mss.batch, ("nothing.ply", "/proc/nowhere")),
@@ -69,7 +71,9 @@ def test_invalid_values_are_refused_and_the_parameter_is_named(name):
 @pytest.mark.parametrize(
     ("function", "given", "words"),
     [
-        (mss.smooth, {"barycenter_weight": np.ones(30)}, r"is an array of shape \(30,\); it must be one number"),
+        (mss.smooth, {"barycenter_weight": np.ones((30, 2))}, r"is an array of shape \(30, 2\); pass one number, or one"),
+        (mss.smooth, {"barycenter_weight": np.ones(3)}, "has 3 entries; this mesh has 30 vertices"),
+        (mss.smooth, {"barycenter_weight": np.zeros(30)}, r"barycenter_weight\[0\] is 0.0"),
         (mss.smooth, {"barycenter_weight": 1e300}, r"barycenter_weight is 1e\+300; it must be one number from 1.5e-08"),
         (mss.smooth, {"barycenter_weight": 1e-300}, "barycenter_weight is 1e-300"),
         (mss.smooth, {"iterations": 10**6}, "iterations is 1000000; it must be an integer from 1 to 1000"),
@@ -85,7 +89,7 @@ def test_invalid_values_are_refused_and_the_parameter_is_named(name):
         (mss.smooth_edge_aware, {"strength": 1e-300}, "strength is 1e-300; it must be one number from 2.22e-16"),
         (mss.smooth_edge_aware, {"strength": 1e300}, "strength is 1e"),
         (mss.smooth_edge_aware, {"range_sigma": 1e-300}, "range_sigma is 1e-300"),
-        (mss.smooth_edge_aware, {"iterations": 101}, "iterations is 101; it must be an integer from 1 to 100"),
+        (mss.smooth_edge_aware, {"iterations": 101}, "iterations is 101; it must be an integer from 0 to 100"),
         (mss.spectrum, {"bands": 10**9}, "bands is 1000000000"),
         (mss.spectrum, {"bands": 8.0}, "bands is 8.0"),
     ],
@@ -122,13 +126,13 @@ def test_overflow_of_the_result_is_an_error():
 
 
 def test_a_start_of_another_mesh_is_refused():
-    result = PREPARED.smooth(barycenter_weight=1.0)
+    result = mss.smooth(OPS, barycenter_weight=1.0)
     other = mss.smooth(V * 1e300, F, barycenter_weight=1.0)
-    tiny = mss.prepare(V * 1e-300, F)
+    tiny = mss.assemble(V * 1e-300, F)
     with pytest.raises(mss.InvalidParameter, match="start is too far from this mesh"):
-        tiny.smooth(barycenter_weight=1.0, start=other)
+        mss.smooth(tiny, barycenter_weight=1.0, start=other)
     with pytest.raises(mss.InvalidParameter, match="start is an array"):
-        PREPARED.smooth(barycenter_weight=1.0, start=result.vertices)
+        mss.smooth(OPS, barycenter_weight=1.0, start=result.vertices)
 
 
 def test_anything_but_a_meshset_is_refused():
@@ -144,9 +148,9 @@ def test_a_modified_noise_must_be_consistent():
         {"kind": "loud"},
         {"covariance": np.full((3, 3), np.nan)},
         {"covariance": np.eye(2)},
-        {"orders": "four"},
-        {"hit": 0.0},
-        {"shared": 1.0, "level": 0.5},
+        {"levels_by_power": "four"},
+        {"impulse_density": 0.0},
+        {"correlated_level": 1.0, "level": 0.5},
     ):
         with pytest.raises(mss.InvalidParameter, match="noise.(" + "|".join(wrong) + ")"):
             mss.estimate_error(lambda x: x, V, F, noise=replace(noise, **wrong))

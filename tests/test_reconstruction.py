@@ -4,11 +4,8 @@ import pytest
 import meshlab_specsmooth as mss
 from meshlab_specsmooth.graph.build import mesh_graph
 from meshlab_specsmooth.operators import reconstruction
-from meshlab_specsmooth.operators.laplacians import (
-    barycenters,
-    gram_of_barycenters,
-    laplacian_of_kind,
-)
+from meshlab_specsmooth.operators.barycenters import barycenters, gram_of_barycenters
+from meshlab_specsmooth.operators.laplacians import laplacian_of_kind
 from meshlab_specsmooth.operators.reconstruction import Constraints
 from meshlab_specsmooth.runtime.workspace import Workspace
 from tests.meshes import TETRAHEDRON, rough, sheet, together, torus

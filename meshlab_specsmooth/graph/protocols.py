@@ -85,7 +85,7 @@ class FaceKernels(Protocol):
     def bilateral_weights(
         self, center: Floats, normal: Floats, root: Floats, inv_2sigma_s2: float, inv_2sigma_r2: float
     ) -> tuple[Floats, Floats]:
-        """Weights of neighbors, and their sums.
+        """Bilateral weights of neighboring faces, and their sums, with ``root`` the (m,) square roots of the areas.
 
         w_ij = root_i root_j (1 - x / 8)^8, and 0 where x = inv_2sigma_s2 |c_i - c_j|^2 + inv_2sigma_r2 |n_i - n_j|^2 is
         above 8: close to the Gaussian exp(-x), with compact support.

@@ -155,15 +155,15 @@ def _chebyshev_step(low, high, indptr, indices, weights, degree, X, now, before,
 
 
 @_compiled
-def _normal_matvec_1(low, high, indptr, indices, weights, degree, p, rows, kappa, z):  # type: ignore[no-untyped-def]
+def _normal_matvec_1(low, high, indptr, indices, weights, degree, p, rows, edge, z):  # type: ignore[no-untyped-def]
     for i in range(low, high):
         s0, s1, s2 = _sum_neighbors(i, indptr, indices, weights, p)
         f = 1 / _degree(i, indptr, weights, degree)
         g = f if rows is None else rows[i] * f
         if weights is None:
-            z[i, 0] = kappa * p[i, 0] - g * (p[i, 0] - f * s0)
-            z[i, 1] = kappa * p[i, 1] - g * (p[i, 1] - f * s1)
-            z[i, 2] = kappa * p[i, 2] - g * (p[i, 2] - f * s2)
+            z[i, 0] = edge * p[i, 0] - g * (p[i, 0] - f * s0)
+            z[i, 1] = edge * p[i, 1] - g * (p[i, 1] - f * s1)
+            z[i, 2] = edge * p[i, 2] - g * (p[i, 2] - f * s2)
         else:
             z[i, 0] = g * (p[i, 0] - f * s0)
             z[i, 1] = g * (p[i, 1] - f * s1)
@@ -171,20 +171,20 @@ def _normal_matvec_1(low, high, indptr, indices, weights, degree, p, rows, kappa
 
 
 @_compiled
-def _normal_matvec_2(low, high, indptr, indices, weights, degree, p, z, free, kappa, gram, q, sums):  # type: ignore[no-untyped-def]
+def _normal_matvec_2(low, high, indptr, indices, weights, degree, p, z, free, edge, gram, q, sums):  # type: ignore[no-untyped-def]
     d0 = d1 = d2 = 0.0
     for i in range(low, high):
         s0, s1, s2 = _sum_neighbors(i, indptr, indices, weights, z)
         d = _degree(i, indptr, weights, degree)
         if weights is None:
-            s0 += d * (kappa * p[i, 0] - z[i, 0])
-            s1 += d * (kappa * p[i, 1] - z[i, 1])
-            s2 += d * (kappa * p[i, 2] - z[i, 2])
+            s0 += d * (edge * p[i, 0] - z[i, 0])
+            s1 += d * (edge * p[i, 1] - z[i, 1])
+            s2 += d * (edge * p[i, 2] - z[i, 2])
         else:
             t0, t1, t2 = _sum_neighbors(i, indptr, indices, None, p)
-            s0 = d * z[i, 0] - s0 + kappa * t0
-            s1 = d * z[i, 1] - s1 + kappa * t1
-            s2 = d * z[i, 2] - s2 + kappa * t2
+            s0 = d * z[i, 0] - s0 + edge * t0
+            s1 = d * z[i, 1] - s1 + edge * t1
+            s2 = d * z[i, 2] - s2 + edge * t2
         s0 += gram[i] * p[i, 0]
         s1 += gram[i] * p[i, 1]
         s2 += gram[i] * p[i, 2]

@@ -145,17 +145,20 @@ def assemble(
         return replace(ops, mode_density=density.estimate_density(ops.L))
 
 
-def assemble_any(
+def as_operators(
     mesh: Mesh, faces: npt.ArrayLike | None, laplacian: str, *, weld: bool = True, progress: Progress | None = None
 ) -> Operators:
-    """The operators of a mesh of any kind, or those that are given if their Laplacian is the one asked for."""
-    if not isinstance(mesh, Operators):
-        source = recognize(mesh, faces)
-        ops = assemble_surface(source.surface(), laplacian, weld=weld, progress=progress)
-        return replace(ops, source=source.kept())
-    if mesh.laplacian == laplacian:
+    """The operators that are given in place of a mesh, or those of a mesh of any kind."""
+    if isinstance(mesh, Operators):
         return mesh
-    return replace(assemble_surface(mesh.surface, laplacian, weld=mesh.welded > 0), source=mesh.source)
+    source = recognize(mesh, faces)
+    ops = assemble_surface(source.surface(), laplacian, weld=weld, progress=progress)
+    return replace(ops, source=source.kept())
+
+
+def as_uniform(ops: Operators) -> Operators:
+    """The operators with the uniform Laplacian, with which noise is measured."""
+    return ops if ops.laplacian == "uniform" else assemble_surface(ops.surface, weld=ops.welded > 0)
 
 
 def assemble_surface(

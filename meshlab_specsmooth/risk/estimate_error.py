@@ -18,7 +18,7 @@ from meshlab_specsmooth.noise.model import KINDS, LENGTHS, LEVELS, WHITE, Noise
 from meshlab_specsmooth.noise.outliers import replace_outliers
 from meshlab_specsmooth.noise.parts import estimate_surface
 from meshlab_specsmooth.noise.sample import sample
-from meshlab_specsmooth.operators.assemble import Operators, assemble_any
+from meshlab_specsmooth.operators.assemble import Operators, as_operators, as_uniform
 from meshlab_specsmooth.operators.patches import find_interior
 from meshlab_specsmooth.parameters import (
     MAX_PROBES,
@@ -82,7 +82,7 @@ def estimate_noise(mesh: Mesh, faces: npt.ArrayLike | None = None) -> Noise:
     >>> mss.estimate_noise(corners, [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]).kind  # too few to tell
     'unclear'
     """
-    ops = assemble_any(mesh, faces, "uniform")
+    ops = as_uniform(as_operators(mesh, faces, "uniform"))
     with blocks.one_blas_thread():
         return estimate_noise_of(ops).scaled(ops.exponent)
 
@@ -202,7 +202,7 @@ def estimate_error(
     (0.2, True)
     """
     filter = check_function("filter", filter)  # noqa: A001
-    prepared = prepare_probe(assemble_any(mesh, faces, "uniform"), noise=noise, probes=probes, seed=seed)
+    prepared = prepare_probe(as_operators(mesh, faces, "uniform"), noise=noise, probes=probes, seed=seed)
     perturbed = prepared.perturb() if prepared.probe.draws.any() else []
     V, exponent = prepared.ops.surface.vertices, prepared.ops.exponent
     largest = float(np.ldexp(1.0, min(LARGEST_EXPONENT, _MAX_MOVE_EXPONENT + exponent)))
@@ -284,6 +284,7 @@ def prepare_probe(
     """Prepare :func:`estimate_error` for one surface and any number of filters; parameters and errors are the same."""
     probes = check_count("probes", probes, 1, MAX_PROBES)
     seed = check_count("seed", seed, 0, MAX_SEED)
+    ops = as_uniform(ops)
     check_extent(ops.exponent, LARGEST_EXPONENT, "risk, which is the square of an error")
     n = ops.L.size
     require(_BYTES_PER_DRAW * (probes + 2) * n, f"{probes} probes of {n} vertices")

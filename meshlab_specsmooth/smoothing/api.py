@@ -6,7 +6,7 @@ import time
 from dataclasses import replace
 
 from meshlab_specsmooth.adapters import accept_meshes
-from meshlab_specsmooth.operators.assemble import assemble_any
+from meshlab_specsmooth.operators.assemble import as_operators
 from meshlab_specsmooth.runtime.bars import begin
 from meshlab_specsmooth.runtime.progress import finish, subrange
 from meshlab_specsmooth.smoothing import automatic
@@ -85,7 +85,7 @@ def smooth(mesh, faces, setting, region, *, laplacian="uniform", weld=True, star
     """
     began = time.perf_counter()
     progress = begin(progress, "assembling")
-    ops = assemble_any(mesh, faces, laplacian, weld=weld, progress=subrange(progress, 0.0, _ASSEMBLY))
+    ops = as_operators(mesh, faces, laplacian, weld=weld, progress=subrange(progress, 0.0, _ASSEMBLY))
     report = subrange(progress, _ASSEMBLY, 1 - _ASSEMBLY)
     result = automatic.smooth_operators(ops, setting, region, start=start, workspace=workspace, progress=report)
     if setting.barycenter_weight is not None:
@@ -132,7 +132,7 @@ def choose(mesh, faces, setting, region, *, laplacian="uniform", weld=True, prog
     True
     """
     progress = begin(progress, "assembling")
-    ops = assemble_any(mesh, faces, laplacian, weld=weld, progress=subrange(progress, 0.0, _ASSEMBLY))
+    ops = as_operators(mesh, faces, laplacian, weld=weld, progress=subrange(progress, 0.0, _ASSEMBLY))
     choice = Choice.of(ops, setting, region, subrange(progress, _ASSEMBLY, 1 - _ASSEMBLY))
     finish(progress)
     return choice
@@ -168,7 +168,7 @@ def low_pass(mesh, faces, setting, region, *, laplacian="uniform", weld=True, pr
     """
     began = time.perf_counter()
     progress = begin(progress, "assembling")
-    ops = assemble_any(mesh, faces, laplacian, weld=weld, progress=subrange(progress, 0.0, _ASSEMBLY))
+    ops = as_operators(mesh, faces, laplacian, weld=weld, progress=subrange(progress, 0.0, _ASSEMBLY))
     result = low_pass_by_setting(ops, setting, region, progress=subrange(progress, _ASSEMBLY, 1 - _ASSEMBLY))
     finish(progress)
     return replace(result, source=ops.source, seconds=time.perf_counter() - began)
@@ -201,7 +201,7 @@ def enhance(mesh, faces, setting, region, *, laplacian="uniform", weld=True, wor
     """
     began = time.perf_counter()
     progress = begin(progress, "assembling")
-    ops = assemble_any(mesh, faces, laplacian, weld=weld, progress=subrange(progress, 0.0, _ASSEMBLY))
+    ops = as_operators(mesh, faces, laplacian, weld=weld, progress=subrange(progress, 0.0, _ASSEMBLY))
     report = subrange(progress, _ASSEMBLY, 1 - _ASSEMBLY)
     result = enhance_by_setting(ops, setting, region, workspace=workspace, progress=report)
     finish(progress)

@@ -32,6 +32,8 @@ from meshlab_specsmooth.runtime.progress import Progress, finish, monotone, subr
 from meshlab_specsmooth.runtime.workspace import Workspace
 from meshlab_specsmooth.smoothing.filter import (
     DEFAULT_WAVELENGTH_IN_EDGES,
+    check_start,
+    check_workspace,
     design_low_pass,
     get_displacement,
     leave_empty,
@@ -41,7 +43,7 @@ from meshlab_specsmooth.smoothing.filter import (
     to_edges,
     with_displacement,
 )
-from meshlab_specsmooth.smoothing.region import exclude_vertices, explain_no_motion, resolve_region, spread_weights
+from meshlab_specsmooth.smoothing.region import check_region, exclude_vertices, explain_no_motion, resolve_region, spread_weights
 from meshlab_specsmooth.smoothing.result import SmoothingResult, add_warnings
 from meshlab_specsmooth.smoothing.settings import EVERYWHERE, Region, Smoothing
 from meshlab_specsmooth.smoothing.tangential import (
@@ -96,12 +98,12 @@ def smooth_operators(
     if setting.barycenter_weight is not None:
         return smooth_by_setting(ops, setting, region, start=start, workspace=workspace, progress=progress)
     began = time.perf_counter()
-    resolve_region(ops, region)  # what is wrong with the region is reported first
-    if region.features is not None:
-        spread_weights(ops, "features", region.features)
+    check_region(ops, region)
     if len(ops.active) == 0:
         return leave_empty(ops, setting, setting.low_pass or Heat(), began)
-    workspace = Workspace() if workspace is None else workspace
+    if start is not None:
+        check_start(ops, start)
+    workspace = check_workspace(workspace)
     result = _smooth_automatically(ops, setting, region, start, workspace, progress, began)
     finish(progress)
     return add_warnings(result, explain_no_motion(region, region.feature_gain))

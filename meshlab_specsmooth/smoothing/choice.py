@@ -13,6 +13,7 @@ from meshlab_specsmooth.operators.assemble import Operators
 from meshlab_specsmooth.runtime import blocks
 from meshlab_specsmooth.runtime.progress import Progress
 from meshlab_specsmooth.smoothing.automatic import choose_setting
+from meshlab_specsmooth.smoothing.region import check_region
 from meshlab_specsmooth.smoothing.result import format_weight
 from meshlab_specsmooth.smoothing.settings import Region, Smoothing
 
@@ -57,6 +58,7 @@ class Choice(Described):
             raise InvalidParameter("barycenter_weight is given; there is nothing to choose")
         if len(ops.active) == 0:
             raise InvalidParameter("a mesh without edges has no noise to choose by")
+        check_region(ops, region)
         with blocks.one_blas_thread():
             chosen = choose_setting(ops, setting, region, progress)
 

@@ -118,7 +118,7 @@ def smooth_by_setting(
         raise InvalidParameter("barycenter_weight is None; choose one first")
     kept = 0.0 if region.features is None else region.feature_gain * spread_weights(ops, "features", region.features)
     active = resolve_region(ops, region, 1.0 - kept)
-    guess = None if start is None else _displacement_of_start(ops, start)
+    guess = None if start is None else check_start(ops, start)
     low_pass = setting.low_pass or Ideal()
     if len(ops.active) == 0:
         return leave_empty(ops, setting, low_pass, began)
@@ -235,7 +235,7 @@ def _run(
     guess: Floats | None = None,
 ) -> SmoothingResult:
     """The three steps; where the boundary is smoothed along itself, on its curve first."""
-    work = Workspace() if workspace is None else workspace
+    work = check_workspace(workspace)
     iterations = setting.iterations if isinstance(setting, Smoothing) else 1
     displacement, solutions = np.zeros((1, 1)), []
     announce(progress, "smoothing")
@@ -505,7 +505,16 @@ def get_displacement(ops: Operators, vertices: Floats) -> Floats:
     return scale_by_power(vertices.take(ops.active, axis=0) - V.take(ops.active, axis=0), -ops.exponent)
 
 
-def _displacement_of_start(ops: Operators, start: SmoothingResult) -> Floats:
+def check_workspace(workspace: object) -> Workspace:
+    """The workspace that a caller gives, or a new one; raises :class:`InvalidParameter`."""
+    if workspace is None:
+        return Workspace()
+    if not isinstance(workspace, Workspace):
+        raise InvalidParameter(f"workspace is {show(workspace)}; it must be a Workspace")
+    return workspace
+
+
+def check_start(ops: Operators, start: SmoothingResult) -> Floats:
     """The displacement of an earlier result that a caller gives, checked."""
     if not isinstance(start, SmoothingResult):
         raise InvalidParameter(f"start is {show(start)}; it must be an earlier result for this mesh")

@@ -60,6 +60,13 @@ def resolve_region(ops: Operators, region: Region, change: Floats | float = 1.0)
     return ActiveRegion(change, inside, free, rows, holds_boundary or region.mask is not None, is_partial)
 
 
+def check_region(ops: Operators, region: Region) -> None:
+    """Raise :class:`InvalidParameter` if the arrays of a region do not fit the mesh."""
+    for name, given in (("mask", region.mask), ("features", region.features)):
+        if given is not None:
+            check_weights(name, given, len(ops.surface.vertices))
+
+
 def spread_weights(ops: Operators, name: str, given: npt.ArrayLike) -> Floats:
     """(k, 1) weights of the active vertices; of vertices at one place the least mask and the greatest feature."""
     each = check_weights(name, given, len(ops.surface.vertices))
