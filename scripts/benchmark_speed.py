@@ -35,7 +35,7 @@ import meshlab_specsmooth as mss  # noqa: E402
 from meshlab_specsmooth.comparison.noise import gaussian  # noqa: E402
 from meshlab_specsmooth.geometry.surface import Surface  # noqa: E402
 from meshlab_specsmooth.meshlab.filters import apply  # noqa: E402
-from meshlab_specsmooth.operators.laplacians import barycenters  # noqa: E402
+from meshlab_specsmooth.operators.barycenters import barycenters  # noqa: E402
 from meshlab_specsmooth.runtime import blocks  # noqa: E402
 from meshlab_specsmooth.spectral import eigenbasis  # noqa: E402
 
@@ -189,8 +189,8 @@ def book_way(surface: Surface, modes: int) -> np.ndarray:
 
 def sweep(n: int, runs: int) -> Seconds:
     """One step of the recurrence, and a = b + 3 c over arrays far larger than any cache, by as many threads."""
-    prepared = mss.prepare(*vars(torus(n)).values())
-    L, X = prepared.L, prepared.positions
+    ops = mss.assemble(*vars(torus(n)).values())
+    L, X = ops.L, ops.positions
     both = [X.copy(), X.copy()]
     a, b, c = np.ones((3, 2 * 10**7))
 
@@ -200,8 +200,8 @@ def sweep(n: int, runs: int) -> Seconds:
     one_triad = compiled_triad()
 
     def steps() -> None:
-        for _ in range(20):  # as in a polynomial; with so small a share of X the numbers stay as they are
-            L.step(X, *both, share=1e-9)
+        for _ in range(20):  # as in a polynomial; the small coefficient of X keeps the numbers bounded
+            L.step(X, *both, coefficient=1e-9)
             both.reverse()
 
     steps()
@@ -227,7 +227,7 @@ def compiled_triad() -> Callable[[slice, np.ndarray, np.ndarray, np.ndarray], No
 
 
 def basis(n: int, runs: int) -> Seconds:
-    S = mss.prepare(*vars(torus(n)).values()).L.graph.symmetric_laplacian()
+    S = mss.assemble(*vars(torus(n)).values()).L.graph.symmetric_laplacian()
     shifted = (S + 1e-3 * eye_array(S.shape[0])).tocsc()
     found = eigenbasis.lowest(S, 200)
     off = S @ found.vectors - found.vectors * found.eigenvalues
@@ -239,21 +239,23 @@ def slider(n: int, runs: int) -> Seconds:
     """Further calls on the same operators, each with another cut-off, response and weight."""
     surface = torus(n)
     # in a fresh process: what is loaded once is part of a user's first call
-    first_ever = timed(lambda: mss.prepare(surface.vertices, surface.faces).smooth(**PAPER))
-    prepared = mss.prepare(surface.vertices, surface.faces)
+    first_ever = timed(lambda: mss.smooth(surface.vertices, surface.faces, **PAPER))
+    ops, workspace = mss.assemble(surface.vertices, surface.faces), mss.Workspace()
     settings = [
         {"modes": modes, "barycenter_weight": weight, "response": response}
         for modes in (150, 200, 300)
         for weight in (1.0, 0.7)
         for response in ("ideal", "butterworth")
     ]
-    kept = {"start": prepared.smooth(**PAPER)}
+    kept = {"start": mss.smooth(ops, **PAPER, workspace=workspace)}
 
     def move(given: dict[str, object]) -> None:
-        kept.update(start=prepared.smooth(**kept, **given))  # from the last answer, as a slider has it
+        kept.update(
+            start=mss.smooth(ops, **kept, **given, workspace=workspace)
+        )  # from the last answer, as a slider does
 
     further = [timed(lambda given=given: move(given)) for _ in range(runs) for given in settings]
-    first = in_turn(n, runs, first=lambda: mss.prepare(surface.vertices, surface.faces).smooth(**PAPER))["first"]
+    first = in_turn(n, runs, first=lambda: mss.smooth(surface.vertices, surface.faces, **PAPER))["first"]
     return {"first_ever": first_ever, "first": first, "next": statistics.median(further)}
 
 
@@ -343,7 +345,7 @@ def rows(run: Run) -> "list[tuple[str, str, str, bool]]":
         s = run.of("slider", 35_000)
         for name, first in (("first in a process", s["first_ever"]), ("first, all loaded", s["first"])):
             parts = f"{1e3 * first:.0f} ms / {1e3 * s['next']:.0f} ms"
-            row(f"35000 vertices, prepared: {name} / next call", first / s["next"], 20, parts, True)
+            row(f"35000 vertices, assembled: {name} / next call", first / s["next"], 20, parts, True)
     if run.wants("memory"):
         s = run.of("memory", four)
         row(
