@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""Speed, as ratios in one run: against MeshLab's filters, the book way, scipy's eigensolver, the memory's own speed.
+"""Speed, as ratios in one run: against MeshLab's filters, eigsh with a direct solve, memory bandwidth.
 
 python3 scripts/benchmark_speed.py                    everything; a quarter of an hour on two cores
 python3 scripts/benchmark_speed.py --only bridge      one measure (see --help)
-python3 scripts/benchmark_speed.py --small --runs 1   whether it works, in a minute; the figures mean nothing
+python3 scripts/benchmark_speed.py --small --runs 1   a test run of a minute; its figures mean nothing
 
-Every measure runs in a process of its own, after a warm-up, what is compared in turn; medians are shown. The meshes are
-irregular tori (a random diagonal in each quad) with noise of 0.2 edges. Writes benchmark/speed.txt and speed.png.
+Every measure runs in a process of its own, after a warm-up; what is compared takes turns, and medians are shown. The
+meshes are irregular tori (a random diagonal in each quad) with noise of 0.2 edges. Writes benchmark/speed.txt and
+speed.png.
 """
 
 import argparse
@@ -34,7 +35,7 @@ import meshlab_specsmooth as mss  # noqa: E402
 from meshlab_specsmooth.comparison.noise import gaussian  # noqa: E402
 from meshlab_specsmooth.geometry.surface import Surface  # noqa: E402
 from meshlab_specsmooth.meshlab.filters import apply  # noqa: E402
-from meshlab_specsmooth.operators.laplacians import barycenters  # noqa: E402
+from meshlab_specsmooth.operators.barycenters import barycenters  # noqa: E402
 from meshlab_specsmooth.runtime import blocks  # noqa: E402
 from meshlab_specsmooth.spectral import eigenbasis  # noqa: E402
 
@@ -44,7 +45,7 @@ PAPER = {"modes": 200, "barycenter_weight": 1.0}  # its setting
 
 
 def torus(vertices: int) -> Surface:
-    """An irregular torus of about so many vertices, noisy."""
+    """A noisy irregular torus with about this number of vertices."""
     nx, ny = round((1.5625 * vertices) ** 0.5), round((vertices / 1.5625) ** 0.5)
     i, j = (x.ravel() for x in np.meshgrid(np.arange(nx), np.arange(ny), indexing="ij"))
     t, p = 2 * np.pi * i / nx, 2 * np.pi * j / ny
@@ -71,16 +72,16 @@ def timed(work: Callable[[], object]) -> float:
 
 
 def hold_memory(n: int) -> None:
-    """Have the system hold free memory, a kibibyte a vertex: what filters are given is then cleared, and no more.
+    """Have the system hold a kibibyte of free memory per vertex, so that a filter's memory only has to be cleared.
 
-    A virtual machine may hand free memory back to its host within seconds. To get it again took 3.6 ms a megabyte,
-    where clearing takes 0.16 ms: times would hang on what ran before.
+    A virtual machine may return free memory to its host within seconds. Getting it back took 3.6 ms per megabyte, where
+    clearing takes 0.16 ms: times would depend on what ran before.
     """
     np.empty(128 * n).fill(1.0)
 
 
 def in_turn(n: int, runs: int, **works: Callable[[], object]) -> Seconds:
-    """Median seconds of each, one after the other, so many times."""
+    """Median seconds of each function over a number of runs; in each run all take turns."""
     return calls_in_turn(n, runs, **{name: lambda work=work: work for name, work in works.items()})
 
 
@@ -98,7 +99,7 @@ def filter_call(surface: Surface, name: str) -> Callable[[], object]:
 
 
 def calls_in_turn(n: int, runs: int, **makers: Callable[[], Callable[[], object]]) -> Seconds:
-    """The same of what has to be made for each call, which is not timed."""
+    """The same for calls that are prepared first; the preparation is not timed."""
     seconds = {name: [] for name in makers}
     for _ in range(runs):
         for name, make in makers.items():
@@ -167,7 +168,7 @@ def book(n: int, runs: int) -> Seconds:
 
 
 def book_way(surface: Surface, modes: int) -> np.ndarray:
-    """The paper as one would write it down: eigsh with shift and invert, and the normal equations by sparse LU."""
+    """The paper in the straightforward way: shift-invert eigsh, and the normal equations by sparse LU."""
     V, F, n = surface.vertices, surface.faces, len(surface.vertices)
     sides = np.concatenate([F[:, [0, 1]], F[:, [1, 2]], F[:, [2, 0]]])
     A = csr_array((np.ones(len(sides)), sides.T), shape=(n, n))
@@ -188,8 +189,8 @@ def book_way(surface: Surface, modes: int) -> np.ndarray:
 
 def sweep(n: int, runs: int) -> Seconds:
     """One step of the recurrence, and a = b + 3 c over arrays far larger than any cache, by as many threads."""
-    prepared = mss.prepare(*vars(torus(n)).values())
-    L, X = prepared.L, prepared.positions
+    ops = mss.assemble(*vars(torus(n)).values())
+    L, X = ops.L, ops.positions
     both = [X.copy(), X.copy()]
     a, b, c = np.ones((3, 2 * 10**7))
 
@@ -199,8 +200,8 @@ def sweep(n: int, runs: int) -> Seconds:
     one_triad = compiled_triad()
 
     def steps() -> None:
-        for _ in range(20):  # as in a polynomial; with so small a share of X the numbers stay as they are
-            L.step(X, *both, share=1e-9)
+        for _ in range(20):  # as in a polynomial; the small coefficient of X keeps the numbers bounded
+            L.step(X, *both, coefficient=1e-9)
             both.reverse()
 
     steps()
@@ -226,7 +227,7 @@ def compiled_triad() -> Callable[[slice, np.ndarray, np.ndarray, np.ndarray], No
 
 
 def basis(n: int, runs: int) -> Seconds:
-    S = mss.prepare(*vars(torus(n)).values()).L.graph.symmetric_laplacian()
+    S = mss.assemble(*vars(torus(n)).values()).L.graph.symmetric_laplacian()
     shifted = (S + 1e-3 * eye_array(S.shape[0])).tocsc()
     found = eigenbasis.lowest(S, 200)
     off = S @ found.vectors - found.vectors * found.eigenvalues
@@ -235,29 +236,31 @@ def basis(n: int, runs: int) -> Seconds:
 
 
 def slider(n: int, runs: int) -> Seconds:
-    """Further calls on the prepared surface, each with another cut-off, response and weight."""
+    """Further calls on the same operators, each with another cut-off, response and weight."""
     surface = torus(n)
     # in a fresh process: what is loaded once is part of a user's first call
-    first_ever = timed(lambda: mss.prepare(surface.vertices, surface.faces).smooth(**PAPER))
-    prepared = mss.prepare(surface.vertices, surface.faces)
+    first_ever = timed(lambda: mss.smooth(surface.vertices, surface.faces, **PAPER))
+    ops, workspace = mss.assemble(surface.vertices, surface.faces), mss.Workspace()
     settings = [
         {"modes": modes, "barycenter_weight": weight, "response": response}
         for modes in (150, 200, 300)
         for weight in (1.0, 0.7)
         for response in ("ideal", "butterworth")
     ]
-    kept = {"start": prepared.smooth(**PAPER)}
+    kept = {"start": mss.smooth(ops, **PAPER, workspace=workspace)}
 
     def move(given: dict[str, object]) -> None:
-        kept.update(start=prepared.smooth(**kept, **given))  # from the last answer, as a slider has it
+        kept.update(
+            start=mss.smooth(ops, **kept, **given, workspace=workspace)
+        )  # from the last answer, as a slider does
 
     further = [timed(lambda given=given: move(given)) for _ in range(runs) for given in settings]
-    first = in_turn(n, runs, first=lambda: mss.prepare(surface.vertices, surface.faces).smooth(**PAPER))["first"]
+    first = in_turn(n, runs, first=lambda: mss.smooth(surface.vertices, surface.faces, **PAPER))["first"]
     return {"first_ever": first_ever, "first": first, "next": statistics.median(further)}
 
 
 def memory(n: int, runs: int) -> Seconds:
-    """Peak of the process during a call, beyond what it held before, in bytes a vertex."""
+    """Peak memory of the process during a call, beyond that before it, in bytes per vertex."""
     del runs
     warm_up()
     surface = torus(n)
@@ -326,7 +329,7 @@ def rows(run: Run) -> "list[tuple[str, str, str, bool]]":
         for n, wanted in ((37_500, 100), (134_000, 200)):
             s = run.of("book", n)
             parts = f"{s['book']:.1f} s / {s['ours']:.3f} s; {100 * s['apart']:.2f} % of the displacement apart"
-            row(f"{n} vertices, modes=200: book way / ours", s["book"] / s["ours"], wanted, parts, True)
+            row(f"{n} vertices, modes=200: eigsh + direct solve / ours", s["book"] / s["ours"], wanted, parts, True)
     if run.wants("growth"):
         one, other = run.of("growth", million)["ours"], run.of("growth", four)["ours"]
         row("arrays: 4M vertices / 1M vertices", other / one, 4.4, f"{other:.2f} s / {one:.2f} s", False)
@@ -342,7 +345,7 @@ def rows(run: Run) -> "list[tuple[str, str, str, bool]]":
         s = run.of("slider", 35_000)
         for name, first in (("first in a process", s["first_ever"]), ("first, all loaded", s["first"])):
             parts = f"{1e3 * first:.0f} ms / {1e3 * s['next']:.0f} ms"
-            row(f"35000 vertices, prepared: {name} / next call", first / s["next"], 20, parts, True)
+            row(f"35000 vertices, assembled: {name} / next call", first / s["next"], 20, parts, True)
     if run.wants("memory"):
         s = run.of("memory", four)
         row(

@@ -1,14 +1,22 @@
 #!/usr/bin/env python3
-"""Write what is made from the descriptors: docs/filters.md, every filter and parameter, and the filters' types.
+"""Write the documents that are made from the code and the descriptors.
+
+docs/filters.md (every filter and parameter), docs/reference.md (the public names), docs/architecture.md with its
+drawing, and the type stubs of the filters and of the functions that take settings.
 
 python3 scripts/make_docs.py
 """
 
 import textwrap
+from pathlib import Path
 
+import architecture
 import bootstrap
 
 bootstrap.enter("demo")
+
+import reference  # noqa: E402
+import stubs  # noqa: E402
 
 from meshlab_specsmooth.meshlab import descriptors  # noqa: E402
 from meshlab_specsmooth.meshlab.descriptors import Descriptor, Parameter  # noqa: E402
@@ -17,9 +25,10 @@ HEAD = """# The filters
 
 Made from the descriptors in `filters_xml/` by `python3 scripts/make_docs.py`.
 
-Each is a function of a MeshSet, `mss.NAME(ms, ...)`, a method of `mss.MeshSet`, and after `mss.register()` a method of
-`pymeshlab.MeshSet`, `ms.NAME(...)`. All take keywords only, and a `progress` callback besides. Those that move vertices
-return their evidence as a dict: cut-off, modes, wavelength, iterations, residual, displacement, seconds.
+Each filter is a function of a MeshSet, `mss.NAME(ms, ...)`, a method of `mss.MeshSet`, and after `mss.register()` a
+method of `pymeshlab.MeshSet`, `ms.NAME(...)`. All take keyword arguments only, and in addition a `progress` callback.
+Those that move vertices return a dict of diagnostics: cut-off, modes, wavelength, iterations, residual, displacement,
+seconds.
 """
 
 STUB_HEAD = '''"""The filters on MeshSets and their parameters, for type checkers and editors.
@@ -45,7 +54,7 @@ def page() -> str:
     parts = [HEAD]
     for name in descriptors.names():
         filter_ = descriptors.load(name)
-        parts += [f"## {name}", f"**{filter_.name}** ({filter_.category}). {filter_.help}"]
+        parts += [f"## {name}", textwrap.fill(f"**{filter_.name}** ({filter_.category}). {filter_.help}", 118)]
         rows = ["| parameter | type | default | |", "|---|---|---|---|"]
         for p in filter_.parameters:
             kind = p.kind.replace("|", "\\|")
@@ -104,6 +113,19 @@ def quoted(text: str) -> str:
     return f'"{text}"'
 
 
+def documents() -> dict[Path, str]:
+    """The text of each file."""
+    docs = bootstrap.ROOT / "docs"
+    return {
+        docs / "filters.md": page(),
+        docs / "reference.md": reference.page(),
+        docs / "architecture.md": architecture.page(),
+        docs / "architecture.svg": architecture.drawing(),
+        bootstrap.ROOT / "meshlab_specsmooth" / "meshlab" / "signatures.pyi": stub(),
+        **{stubs.path_of(module): stubs.make_stub(module) for module in stubs.MODULES},
+    }
+
+
 if __name__ == "__main__":
-    (bootstrap.ROOT / "docs" / "filters.md").write_text(page(), encoding="utf-8")
-    (bootstrap.ROOT / "meshlab_specsmooth" / "meshlab" / "signatures.pyi").write_text(stub(), encoding="utf-8")
+    for file, text in documents().items():
+        file.write_text(text, encoding="utf-8")

@@ -48,11 +48,9 @@ ANNOTATIONS = {
 }
 
 
-def write_stubs() -> None:
-    """Write the stub beside each module."""
-    for module in MODULES:
-        path = bootstrap.ROOT / "meshlab_specsmooth" / Path(*module.split(".")).with_suffix(".pyi")
-        path.write_text(make_stub(module), encoding="utf-8")
+def path_of(module: str) -> Path:
+    """The stub beside a module."""
+    return bootstrap.ROOT / "meshlab_specsmooth" / Path(*module.split(".")).with_suffix(".pyi")
 
 
 def make_stub(module: str) -> str:

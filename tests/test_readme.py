@@ -1,4 +1,4 @@
-"""What the README says and runs; its blocks themselves are run by conftest.py."""
+"""The README and the pages in docs/; their code blocks are run by conftest.py."""
 
 import re
 from argparse import ArgumentParser
@@ -16,7 +16,12 @@ from meshlab_specsmooth.comparison.side_by_side import COLUMNS, run_side_by_side
 from meshlab_specsmooth.comparison.tables import format_rows
 from meshlab_specsmooth.meshlab import mesh_files, meshset
 
-README = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
+ROOT = Path(__file__).parent.parent
+PAGES = {
+    path.relative_to(ROOT).as_posix(): path.read_text(encoding="utf-8")
+    for path in (*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"))
+}
+README = PAGES["README.md"]
 
 
 def console(*lines):
@@ -35,10 +40,53 @@ def test_commands_must_succeed_and_print_what_the_document_says(tmp_path, monkey
 
 def test_only_what_makes_environments_or_runs_the_tests_is_skipped():
     skipped = re.findall(r"<!-- skip: next -->\n```console\n(.*?)```", README, re.DOTALL)
-    commands = ["python3 scripts/demo.py", "pip install '.[fast,report,progress]'", "python3 scripts/test.py"]
+    commands = ["pip install '.[fast,report,progress]'", "python3 scripts/demo.py", "python3 scripts/test.py"]
     assert skipped == [f"$ {command}\n" for command in commands]
-    assert README.count("skip:") == len(skipped)
+    assert sum(text.count("skip:") for text in PAGES.values()) == len(skipped)
     assert README.count("```console") > len(skipped)
+
+
+def test_the_readme_is_short_and_starts_with_install_code_picture_and_paper():
+    lines = README.splitlines()
+    assert len(lines) < 200
+    first_screen = "\n".join(lines[:32])
+    for each in (
+        "pip install",
+        "import meshlab_specsmooth as mss",
+        "![",
+        "Spectral mesh smoothing for virtual simulation",
+    ):
+        assert each in first_screen
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_lines_of_text_fit_on_a_screen(name):
+    too_long = [line for line in PAGES[name].splitlines() if len(line) > 120 and not line.startswith("|")]
+    assert too_long == []
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_links_and_files_that_are_named_exist(name):
+    here = (ROOT / name).parent
+    links = re.findall(r"\]\((?!https?:)([^)#]+)", PAGES[name])
+    assert [link for link in links if not (here / link).exists()] == []
+    # a file is named from the root of the repository or from the package on; tests by their names alone
+    named = re.findall(r"`((?:[\w.]+/)*\w+\.(?:py|md|cff))`?", PAGES[name]) if name != "CHANGELOG.md" else []
+    folders = (here, ROOT, ROOT / "meshlab_specsmooth", ROOT / "tests")
+    assert [file for file in named if not any((folder / file).exists() for folder in folders)] == []
+
+
+def test_every_guarantee_is_shown_by_tests_that_exist():
+    file, missing = "", []
+    for name in re.findall(r"`(test_\w+(?:\.py)?(?:::test_\w+)?)`", PAGES["docs/promises.md"]):
+        stem, _, test = name.rpartition("::")
+        if name.endswith(".py"):
+            file = name
+            continue
+        file = stem or file
+        if f"def {test}(" not in (ROOT / "tests" / file).read_text(encoding="utf-8"):
+            missing.append(f"{file}::{test}")
+    assert missing == []
 
 
 def cells(text):
@@ -55,7 +103,7 @@ def test_the_table_is_what_the_demo_gives():
     defaults = parser.parse_args([])
     truth = mss.Surface(*meshset.get_arrays(mesh_files.read(mesh_files.sample("bunny.obj"))))
     rows = run_side_by_side(truth, gaussian(truth, defaults.noise, defaults.seed), DEMO)
-    (said,) = re.findall(r"```text\n(.*?)```", README, re.DOTALL)
+    (said,) = re.findall(r"```text\n(.*?)```", PAGES["docs/performance.md"], re.DOTALL)
     headings, said_rows = cells(said)
     true_headings, true_rows = cells(format_rows(rows, COLUMNS))
     assert headings == true_headings
