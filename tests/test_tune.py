@@ -31,7 +31,7 @@ def hands(**moved):
     return SimpleNamespace(SliderFloat=slider, Combo=slider, ImGuiSliderFlags_Logarithmic=0)
 
 
-def test_sliders_say_where_they_stand():
+def test_sliders_return_their_setting():
     setting = Setting(20.0, 0.3, "heat", 1.0)
     assert window.sliders(hands(), setting, with_gain=True) is setting
     moved = hands(**{"waves kept, in edges": 1e9, "barycenter weight": 0.0, "response": 0, "feature gain": -1.0})
