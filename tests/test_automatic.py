@@ -109,7 +109,7 @@ def test_a_rim_moves_across_the_surface_where_neighbors_share_the_noise():
 
 
 def test_large_meshes_are_represented_by_patches():
-    clean = remeshed_box(42)
+    clean = remeshed_box(52)
     V, F = noisy(clean, 0.2)
     ops = assemble_surface(mss.Surface(V, F))
     patches = draw_patches(ops)

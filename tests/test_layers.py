@@ -24,7 +24,6 @@ ROOMS = [
     {"spectral"},
     {"operators"},
     {"noise"},
-    {"sentences"},
     {"risk"},
     {"smoothing"},
     {"edge_aware"},

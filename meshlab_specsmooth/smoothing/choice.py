@@ -17,7 +17,8 @@ from meshlab_specsmooth.smoothing.region import check_region
 from meshlab_specsmooth.smoothing.result import format_weight
 from meshlab_specsmooth.smoothing.settings import Region, Smoothing
 
-_SHOWN = 12
+# Settings in a printed table.
+_MAX_SHOWN = 12
 
 
 @dataclass(frozen=True)
@@ -43,7 +44,8 @@ class Choice(Described):
     estimated_error : float
         Of the setting, in mesh units.
     considered : tuple of ConsideredSetting
-        From the least error on; empty where there was nothing to choose.
+        The settings that were evaluated, from the least error on; the choice is interpolated between them. Empty where
+        there was nothing to choose.
     """
 
     setting: Smoothing
@@ -89,5 +91,6 @@ class Choice(Described):
         return f"barycenter weight {weight} by estimated error {error} edges; {self.noise.summary}"
 
     def rows(self) -> Rows:
-        """The settings of least estimated error."""
-        return [(self.noise.describe_error(each.error), repr(each.setting)) for each in self.considered[:_SHOWN]]
+        """The choice, and the settings of least estimated error that it was interpolated from."""
+        shown = [ConsideredSetting(self.setting, self.estimated_error), *self.considered[:_MAX_SHOWN]]
+        return [(self.noise.describe_error(each.error), repr(each.setting)) for each in shown]
