@@ -69,7 +69,7 @@ def test_smooth_reads_smooths_and_writes(scan, tmp_path, capsys):
     assert printed.err == ""
 
 
-def test_smooth_says_what_it_measured_and_chose_and_warns(scan, tmp_path, capsys):
+def test_smooth_reports_the_noise_the_choice_and_warnings(scan, tmp_path, capsys):
     V, F = meshset.get_arrays(mesh_files.read(scan))
     expected = mss.smooth(V, F)
     assert main(["smooth", str(scan), str(tmp_path / "out.ply")]) == 0
@@ -93,7 +93,7 @@ def test_a_point_cloud_is_refused_with_a_remedy(tmp_path, capsys):
     assert not (tmp_path / "out.ply").exists()
 
 
-def test_denoise_reads_denoises_and_writes_and_says_what_it_considered(scan, tmp_path, capsys):
+def test_denoise_reads_denoises_writes_and_reports(scan, tmp_path, capsys):
     out = tmp_path / "out.ply"
     assert main(["denoise", str(scan), str(out), "--criterion", "normals"]) == 0
     V, F = meshset.get_arrays(mesh_files.read(scan))
@@ -109,7 +109,7 @@ def test_denoise_reads_denoises_and_writes_and_says_what_it_considered(scan, tmp
     assert "  self-intersecting faces: 0 (0 new); flipped faces: 0" in printed
 
 
-def test_only_faces_that_did_not_cross_before_are_new():
+def test_only_faces_that_did_not_intersect_before_are_new():
     flat, aside = np.array([[0, 0, 0], [2, 0, 0], [0, 2, 0]]), np.array([9, 0, 0])
     upright = np.array([[0.5, 0.2, -1], [0.5, 0.4, -1], [0.5, 0.3, 1]])
     apart, across = upright + [0, 0, 5], upright
@@ -428,7 +428,7 @@ def test_what_goes_wrong_while_the_command_is_imported_is_one_line(how, problem)
     ("error", "problem"),
     [(MemoryError(), "memory ran out"), (OSError("of another kind"), "standard output: of another kind")],
 )
-def test_an_error_without_words_of_the_system_is_one_line(scan, tmp_path, monkeypatch, capsys, error, problem):
+def test_an_error_without_message_is_one_line(scan, tmp_path, monkeypatch, capsys, error, problem):
     def fail(*_, **__):
         raise error
 
@@ -490,7 +490,7 @@ def test_a_terminal_gets_a_bar_and_a_pipe_gets_none(monkeypatch):
         assert progress is None
 
 
-def test_a_terminal_without_the_extra_is_told_so(monkeypatch):
+def test_without_the_extra_a_terminal_gets_a_notice(monkeypatch):
     terminal = Terminal()
     monkeypatch.setattr(sys, "stderr", terminal)
     monkeypatch.setitem(sys.modules, "tqdm", None)
@@ -535,7 +535,7 @@ def test_the_demo_says_which_folder_cannot_be_made(tmp_path, run_here):
         ("--seed", "1.5", "invalid seed value: '1.5'"),
     ],
 )
-def test_the_demo_refuses_noise_and_seeds_that_there_are_not(tmp_path, capsys, option, value, problem):
+def test_the_demo_refuses_invalid_noise_and_seeds(tmp_path, capsys, option, value, problem):
     with pytest.raises(SystemExit) as ended:
         main(["demo", "--out", str(tmp_path / "out"), option, value])
     assert ended.value.code == 2

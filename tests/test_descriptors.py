@@ -83,7 +83,7 @@ def test_a_malformed_descriptor_is_refused_with_file_line_and_reason(old, new, l
 
 
 @pytest.mark.parametrize("text", ["0.02", "meshDoc.current().bboxDiag() * 0.02", "meshDoc.current().bboxDiag()"])
-def test_the_one_expression_is_read_not_run(text):
+def test_the_expression_of_lengths_is_parsed_not_evaluated(text):
     filter_ = read(GOOD.replace("meshDoc.current().bboxDiag() / 50", text).encode(), "x.xml")
     share = {"0.02": 0.02, "meshDoc.current().bboxDiag()": Length(1.0)}.get(text, Length(0.02))
     assert filter_["reach"].default == share

@@ -213,7 +213,7 @@ def test_a_stand_in_for_a_texture_is_never_written(tmp_path):
     assert [file.name for file in tmp_path.iterdir()] == ["in"]
 
 
-def test_a_texture_that_is_called_as_pymeshlab_calls_a_lost_one_is_as_good_as_any(tmp_path):
+def test_a_texture_with_pymeshlabs_placeholder_name_is_copied(tmp_path):
     source = textured(tmp_path / "in", "dummy.png")
     original = image(tmp_path / "in" / "dummy.png").read_bytes()
     mesh_files.write(mesh_files.read(source), tmp_path / "out.ply", source=source)
@@ -496,7 +496,7 @@ def test_a_file_that_is_replaced_keeps_its_permissions(tmp_path):
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="names of POSIX")
-def test_a_name_that_is_not_utf8_is_one_line(tmp_path):
+def test_a_name_that_is_not_utf8_is_refused_on_one_line(tmp_path):
     name = tmp_path / os.fsdecode(b"bad\xff.ply")
     name.touch()
     for attempt in (mesh_files.read, mesh_files.check_target):

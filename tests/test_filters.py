@@ -42,7 +42,7 @@ def words_of(error, native, ours):
 
 @EACH_MOVER
 @pytest.mark.parametrize("given", [{}, {"response": "heat", "laplacian": "cotangent"}])
-def test_a_filter_gives_what_the_arrays_do_and_returns_the_evidence(ms, in_place, on_arrays, given):
+def test_a_filter_and_its_function_on_arrays_have_the_same_result(ms, in_place, on_arrays, given):
     expected = on_arrays(*MESH, **given)
     evidence = in_place(ms, **given)
     assert np.array_equal(ms.current_mesh().vertex_matrix(), expected.vertices)
@@ -61,7 +61,7 @@ def test_lengths_are_in_mesh_units_or_percent_of_the_diagonal(in_place, on_array
         assert in_place(meshset.new(*MESH), **{name: value})["wavelength"] == pytest.approx(diagonal / 4)
 
 
-def test_enums_go_by_name_or_by_number(ms):
+def test_enums_are_given_by_name_or_number(ms):
     other = meshset.new(*MESH)
     mss.apply_coord_spectral_smoothing(ms, response=4)
     mss.apply_coord_spectral_smoothing(other, response="heat")
@@ -125,7 +125,7 @@ def test_values_of_the_wrong_type_or_out_of_bounds_are_refused(ms, given, error,
     assert state.differences(before, state.of_meshset(ms)) == []
 
 
-def test_plain_and_numpy_numbers_are_taken_as_pymeshlab_takes_them(ms):
+def test_python_and_numpy_numbers_are_accepted_as_by_pymeshlab(ms):
     ms.apply_coord_laplacian_smoothing(stepsmoothnum=np.int64(1), boundary=1)
     evidence = mss.apply_coord_spectral_smoothing(
         ms, modes=np.int64(20), barycenter_weight=1, iterations=True, selected=np.bool_(False), wavelength=np.float64(0)
@@ -134,7 +134,7 @@ def test_plain_and_numpy_numbers_are_taken_as_pymeshlab_takes_them(ms):
 
 
 @EACH_FILTER
-def test_only_keywords_are_taken(ms, name):
+def test_positional_arguments_are_refused(ms, name):
     with pytest.raises(TypeError, match="positional argument"):
         ms.apply_coord_laplacian_smoothing(3)
     with pytest.raises(TypeError, match="positional argument"):
@@ -143,7 +143,7 @@ def test_only_keywords_are_taken(ms, name):
 
 @pytest.mark.no_cover
 @EACH_FILTER
-def test_what_cannot_be_filtered_is_refused_in_the_very_words_of_pymeshlab(name):
+def test_meshsets_without_mesh_or_faces_are_refused_with_pymeshlabs_message(name):
     empty, cloud, nothing = pymeshlab.MeshSet(), pymeshlab.MeshSet(), meshset.new(*MESH)
     cloud.add_mesh(pymeshlab.Mesh(MESH[0]))
     nothing.set_selection_all()
@@ -159,7 +159,7 @@ def test_what_cannot_be_filtered_is_refused_in_the_very_words_of_pymeshlab(name)
         assert state.differences(before, state.of_meshset(ms)) == []
 
 
-def test_an_unknown_parameter_is_refused_in_the_very_words_of_pymeshlab(ms):
+def test_an_unknown_parameter_is_refused_with_pymeshlabs_message(ms):
     with pytest.raises(pymeshlab.PyMeshLabException) as native:
         ms.apply_coord_laplacian_smoothing(xyz=3)
     with pytest.raises(pymeshlab.PyMeshLabException) as ours:
@@ -169,7 +169,7 @@ def test_an_unknown_parameter_is_refused_in_the_very_words_of_pymeshlab(ms):
 
 @pytest.mark.parametrize("full", [False, True])
 @pytest.mark.parametrize("parameters", [False, True])
-def test_both_kinds_of_verbosity_stay_as_they_were(full, parameters, capfd):
+def test_both_kinds_of_verbosity_are_unchanged(full, parameters, capfd):
     ms, native = pymeshlab.MeshSet(), pymeshlab.MeshSet()
     for m in (ms, native):
         m.create_sphere()
@@ -218,7 +218,7 @@ def test_threads_may_filter_at_once_and_leave_the_standard_streams_alone():
 
 
 @EACH_FILTER
-def test_a_verbose_meshset_tells_of_our_filters_as_of_its_own(name, capfd):
+def test_a_verbose_meshset_reports_our_filters_like_its_own(name, capfd):
     ms = pymeshlab.MeshSet(verbose=True)
     ms.create_sphere()
     capfd.readouterr()
@@ -234,7 +234,7 @@ def test_a_verbose_meshset_tells_of_our_filters_as_of_its_own(name, capfd):
     assert capfd.readouterr() == ("", "")
 
 
-def test_work_that_is_stopped_leaves_the_meshset_as_it_was(ms):
+def test_an_interrupted_filter_leaves_the_meshset_unchanged(ms):
     before = state.of_meshset(ms)
 
     def stop(fraction):
@@ -266,7 +266,7 @@ def test_by_default_a_selection_restricts_the_filter(in_place, on_arrays):
     assert moved(ms)[of_faces].mean() > 0.9
 
 
-def test_a_selection_may_be_passed_over_and_asked_for_in_vain(ms):
+def test_a_selection_can_be_ignored_and_a_missing_one_is_reported(ms):
     ms.compute_selection_by_condition_per_vertex(condselect="x > 0.5")
     mss.apply_coord_spectral_smoothing(ms, selected=False)
     assert moved(ms).all()
@@ -292,7 +292,7 @@ def test_features_come_from_selections_or_quality(source):
     assert np.array_equal(ms.current_mesh().vertex_matrix(), expected)  # the selection marks, it does not restrict
 
 
-def test_a_mesh_without_quality_has_no_features_in_it():
+def test_features_by_quality_need_quality():
     ms = pymeshlab.MeshSet()
     ms.create_sphere()
     assert not ms.current_mesh().has_vertex_scalar()
@@ -300,7 +300,7 @@ def test_a_mesh_without_quality_has_no_features_in_it():
         mss.apply_coord_spectral_smoothing(ms, features="vertex_quality")
 
 
-def test_a_quality_that_is_no_weight_is_refused_with_its_place(ms):
+def test_quality_outside_0_1_is_refused_with_its_index(ms):
     ms.compute_scalar_by_function_per_vertex(q="vi > 6 ? 2 : 1", normalize=False)
     before = state.of_meshset(ms)
     with pytest.raises(mss.InvalidParameter, match=r"features\[7\] is 2.0; weights lie in \[0, 1\]"):
@@ -308,7 +308,7 @@ def test_a_quality_that_is_no_weight_is_refused_with_its_place(ms):
     assert state.differences(before, state.of_meshset(ms)) == []
 
 
-def test_the_boundary_is_treated_as_asked_for():
+def test_the_boundary_is_treated_as_given():
     V, F = rough(sheet())
     for boundary in ("free", "fixed", "curve"):
         ms = meshset.new(V, F)
@@ -347,7 +347,7 @@ def test_the_spectrum_of_a_meshset_is_that_of_the_arrays(ms):
 
 
 @EACH_FILTER
-def test_every_filter_leaves_everything_else_alone(laden, name):
+def test_every_filter_changes_nothing_else(laden, name):
     held = laden.current_mesh()
     before = state.of_meshset(laden)
     # a mesh without noise would stay as it is, were nothing given

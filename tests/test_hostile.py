@@ -163,7 +163,7 @@ ACCEPTED = {
 
 
 @pytest.mark.parametrize("name", ACCEPTED)
-def test_a_file_that_is_odd_but_a_mesh_is_smoothed(tmp_path, name):
+def test_an_unusual_but_valid_file_is_smoothed(tmp_path, name):
     (tmp_path / name).write_bytes(ACCEPTED[name])
     assert main(["smooth", str(tmp_path / name), str(tmp_path / "out.obj")]) == 0
     assert np.isfinite(meshset.get_arrays(mesh_files.read(tmp_path / "out.obj"))[0]).all()
@@ -199,7 +199,7 @@ def test_polygons_that_pymeshlab_writes_without_end_are_an_error_with_a_remedy(t
 
 
 @pytest.mark.parametrize("ending", ["ply", "stl", "off"])
-def test_what_pymeshlab_writes_promises_no_more_than_it_holds(tmp_path, ending):
+def test_files_written_by_pymeshlab_pass_the_header_checks(tmp_path, ending):
     path = tmp_path / f"mesh.{ending}"
     mesh_files.write(meshset.new(*torus(8, 6)), path)
     headers.check(path)
@@ -296,7 +296,7 @@ def test_a_solve_that_does_not_converge_is_one_line_and_leaves_the_target(tmp_pa
     assert target.read_bytes() == b"as it was"
 
 
-def test_a_batch_of_strangers_is_a_line_each(tmp_path):
+def test_a_batch_of_invalid_files_reports_a_line_for_each(tmp_path):
     inputs = tmp_path / "in"
     inputs.mkdir()
     for name, data in REFUSED.items():

@@ -60,7 +60,7 @@ def test_normals_and_bounding_box_are_those_of_the_new_coordinates(laden):
 
 
 @pytest.mark.parametrize("factor", [1e-300, 1e-9, 1.0, 1e12, 1e300])
-def test_wild_moves_arrive_to_the_bit(factor):
+def test_large_moves_arrive_exactly(factor):
     V, F = torus(8, 6)
     ms = meshset.new(V, F)
     W = factor * np.random.default_rng(1).standard_normal(V.shape)
@@ -78,7 +78,7 @@ def test_quads_and_polygons_survive():
     assert [list(p) for p in ms.current_mesh().polygonal_face_list()] == [list(p) for p in polygons]
 
 
-def test_the_script_keeps_what_was_in_it_and_nothing_is_added(laden):
+def test_the_filter_script_is_unchanged(laden):
     before = state.of_meshset(laden)["script"]
     assert before.count("<filter ") == 5
     meshset.set_vertices(laden, laden.current_mesh().vertex_matrix() + 1)
@@ -188,7 +188,7 @@ class Interrupted(BaseException):
     pass
 
 
-def test_a_push_that_is_interrupted_leaves_the_meshset_as_it_was(laden, monkeypatch):
+def test_an_interrupted_write_leaves_the_meshset_unchanged(laden, monkeypatch):
     before = state.of_meshset(laden)
     real = pymeshlab.MeshSet.compute_coord_linear_morphing
     calls = []
@@ -207,7 +207,7 @@ def test_a_push_that_is_interrupted_leaves_the_meshset_as_it_was(laden, monkeypa
     assert state.differences(before, state.of_meshset(laden)) == []
 
 
-def test_a_mesh_that_does_not_arrive_is_put_back_and_reported(laden, monkeypatch):
+def test_a_failed_morph_is_undone_and_reported(laden, monkeypatch):
     before = state.of_meshset(laden)
     real = pymeshlab.MeshSet.compute_coord_linear_morphing
     calls = []
@@ -222,7 +222,7 @@ def test_a_mesh_that_does_not_arrive_is_put_back_and_reported(laden, monkeypatch
     assert state.differences(before, state.of_meshset(laden)) == []
 
 
-def test_quality_arrives_to_the_bit_and_nothing_else_changes(laden):
+def test_quality_arrives_exactly_and_nothing_else_changes(laden):
     before = state.of_meshset(laden)
     quality = np.random.default_rng(7).standard_normal(laden.current_mesh().vertex_number())
     assert np.array_equal(set_quality(laden, quality), quality)
@@ -230,7 +230,7 @@ def test_quality_arrives_to_the_bit_and_nothing_else_changes(laden):
     assert state.differences(before, state.of_meshset(laden)) == ["/meshes[1]/vertex quality"]
 
 
-def test_vertices_at_one_place_share_the_mean_quality():
+def test_coincident_vertices_get_their_mean_quality():
     V = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 0]])
     ms = meshset.new(V, [[0, 1, 2], [3, 2, 1]])
     written = set_quality(ms, np.array([1.0, 5.0, 7.0, 3.0]))
@@ -258,7 +258,7 @@ def test_a_quality_that_would_not_arrive_is_refused_before_the_mesh_is_changed()
 
 
 @pytest.mark.parametrize("stream", ["stdout", "stderr"])
-def test_a_process_without_standard_streams_can_push(monkeypatch, stream):
+def test_vertices_can_be_set_without_standard_streams(monkeypatch, stream):
     ms = meshset.new(*torus(6, 5))
     monkeypatch.setattr(sys, stream, None)
     meshset.set_vertices(ms, ms.current_mesh().vertex_matrix() + 1)
@@ -283,7 +283,7 @@ for numbers in ([1], [2], [1, 2]):
 
 @pytest.mark.no_cover
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork")
-def test_a_process_whose_output_is_closed_can_push():
+def test_vertices_can_be_set_with_closed_output():
     done = subprocess.run([sys.executable, "-c", CLOSED], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
 

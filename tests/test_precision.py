@@ -26,7 +26,7 @@ def test_the_rounding_of_each_format_is_what_it_does(tmp_path, ending, vertices)
     assert distance / edge == pytest.approx(expected, rel=0.3, abs=1e-7)
 
 
-def test_input_that_was_rounded_is_told_from_whole_numbers_and_from_double():
+def test_rounded_input_is_distinguished_from_integers_and_doubles():
     single = FAR.astype(np.float32).astype(float)
     assert precision.input_rounding(single, F) > 0.1
     assert precision.input_rounding(FAR, F) == 0
@@ -44,7 +44,7 @@ def test_any_scale_has_a_rounding(scale):
     assert precision.input_rounding(V * scale, F) == 0
 
 
-def test_too_few_digits_are_refused_before_the_work_or_told(tmp_path, capsys, monkeypatch):
+def test_too_few_digits_are_refused_before_the_work_or_reported(tmp_path, capsys, monkeypatch):
     source, target = tmp_path / "utm.ply", tmp_path / "utm.stl"
     mesh_files.write(meshset.new(FAR, F), source)
     assert main(["denoise", str(source), str(target)]) == 1

@@ -37,7 +37,7 @@ def everything():
     return {target: dict(vars(target)) for target in (pymeshlab.MeshSet, pymeshlab)}
 
 
-def test_registering_twice_is_once_and_unregistering_leaves_no_trace():
+def test_registering_is_idempotent_and_unregistering_restores_everything():
     before = everything()
     for _ in range(2):
         mss.register()
@@ -127,7 +127,7 @@ def test_parameter_values_are_those_that_a_call_would_use(registered):
         pymeshlab.MeshSet().filter_parameter_values("apply_coord_spectral_smoothing")
 
 
-def test_what_is_not_ours_goes_through(registered):
+def test_other_filters_are_passed_through(registered):
     ms = pymeshlab.MeshSet()
     with pytest.raises(pymeshlab.PyMeshLabException, match="Failed to apply filter: nope"):
         ms.apply_filter("nope")

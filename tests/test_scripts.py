@@ -151,7 +151,7 @@ def ours(**parameters):
     ],
 )
 @pytest.mark.parametrize("how", ["run", "method"])
-def test_a_script_that_cannot_run_is_refused_before_anything_runs(tmp_path, text, line, words, how):
+def test_an_invalid_script_is_refused_before_anything_runs(tmp_path, text, line, words, how):
     path = tmp_path / "bad.mlx"
     path.write_text(text)
     ms = mss.MeshSet()
@@ -202,7 +202,7 @@ def test_a_script_that_makes_its_own_mesh_runs_on_an_empty_meshset():
     assert np.array_equal(empty.current_mesh().vertex_matrix(), ms.current_mesh().vertex_matrix())
 
 
-def test_parameters_without_a_type_count_however_the_script_is_loaded(tmp_path):
+def test_parameters_without_a_type_are_accepted(tmp_path):
     path = tmp_path / "by_hand.mlx"
     path.write_text(
         '<FilterScript><filter name="Spectral Smooth"><Param name="modes" value="9"/></filter></FilterScript>'

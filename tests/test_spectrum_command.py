@@ -44,7 +44,7 @@ def test_the_files_hold_what_the_function_measures(scan, tmp_path, capsys):
     assert printed.err == ""
 
 
-def test_without_the_extra_the_figures_are_there_and_the_extra_is_named(scan, tmp_path, monkeypatch, capsys):
+def test_without_the_extra_the_data_is_written_and_the_extra_named(scan, tmp_path, monkeypatch, capsys):
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
     assert main(["spectrum", str(scan), "--out", str(tmp_path / "out")]) == 0
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["spectrum.csv", "spectrum.json"]
@@ -68,14 +68,14 @@ def test_wrong_usage_is_one_line(scan, tmp_path, capsys, arguments, code, words)
     assert words in capsys.readouterr().err
 
 
-def test_points_at_one_place_have_no_spectrum(tmp_path, capsys):
+def test_coincident_points_have_no_spectrum(tmp_path, capsys):
     path = tmp_path / "point.ply"
     mesh_files.write(meshset.new(np.ones((2400, 3)), torus_graph(60, 40)), path)
     assert main(["spectrum", str(path), "--out", str(tmp_path)]) == 2
     assert capsys.readouterr().err == "specsmooth: a mesh without edges has no spectrum\n"
 
 
-def test_the_whole_filter_is_what_the_three_steps_do_to_a_wave():
+def test_the_transfer_function_is_the_effect_on_an_eigenvector():
     nx = ny = 24
     F = torus_graph(nx, ny)
     S = np.asarray(

@@ -39,7 +39,7 @@ ms.get_spectrum(bands="many")  # wrong
 
 
 @pytest.mark.no_cover
-def test_mypy_finds_what_parameters_do_not_take(tmp_path):
+def test_mypy_finds_invalid_arguments(tmp_path):
     """Of the functions on arrays, the filters, and the methods of our MeshSet."""
     pytest.importorskip("mypy")
     (tmp_path / "calls.py").write_text(CALLS)

@@ -48,6 +48,8 @@ class Setting:
     replaced: ClassVar[Replaced] = {}
 
     def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Setting):
+            return NotImplemented
         return type(self) is type(other) and self._key() == other._key()
 
     def __hash__(self) -> int:
