@@ -13,6 +13,7 @@ import pytest
 import meshlab_specsmooth as mss
 from meshlab_specsmooth import meshlab as bridge
 from meshlab_specsmooth.isolation import processes
+from meshlab_specsmooth.meshlab import descriptors
 
 ROOT = Path(__file__).parent.parent
 
@@ -168,9 +169,9 @@ def test_a_frozen_program_has_no_python_to_start(monkeypatch):
 
 
 def test_descriptors_that_were_not_packed_are_asked_for(monkeypatch, tmp_path):
-    monkeypatch.setattr(mss.descriptors, "files", lambda _: tmp_path / "package")
+    monkeypatch.setattr(descriptors, "files", lambda _: tmp_path / "package")
     with pytest.raises(mss.FileError, match="include filters_xml"):
-        mss.descriptors.names()
+        descriptors.names()
 
 
 def test_only_three_libraries_are_required():

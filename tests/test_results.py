@@ -133,7 +133,7 @@ def test_what_is_left_alone_reads_as_such(results):
     assert mss.smooth(*torus(20, 12)).summary == none
     for call in (mss.smooth, mss.denoise):
         assert call(*torus(8, 5)).summary == (
-            "left as it is: noise cannot be told from shape: there are fewer than 50 vertices"
+            "left as it is: noise cannot be separated from shape: there are fewer than 50 vertices"
         )
 
 

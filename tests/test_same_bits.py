@@ -37,8 +37,7 @@ else:
     results["edge-aware"] = mss.smooth_edge_aware(V, F, strength=1.0, range_sigma=0.3, iterations=2)
 for name, result in results.items():
     # the evidence as well, but for the time that it took
-    texts = str | mss.Noise | mss.Smoothing | tuple | None
-    parts = [np.asarray(part).tobytes() if not isinstance(part, texts) else repr(part).encode()
+    parts = [np.asarray(part).tobytes() if isinstance(part, np.ndarray | int | float) else repr(part).encode()
              for field, part in sorted(vars(result).items()) if field not in ("seconds", "source", "given")]
     print(name, hashlib.sha256(b"".join(parts)).hexdigest())
 """
