@@ -30,7 +30,7 @@ def end(*_):
 
 owner, name = {{
     "read": (pymeshlab.MeshSet, "load_new_mesh"),
-    "written": (files, "_lay_textures"),
+    "written": (mesh_files, "copy_textures"),
 }}[{where!r}]
 setattr(owner, name, end)
 sys.exit(main())
@@ -58,7 +58,7 @@ def start(folder, how, where, *arguments):
 
 def test_what_a_killed_command_left_is_removed_by_the_next(folder):
     process = start(folder, WAITS, "written", "smooth", "scan.ply", "out.ply")
-    until(lambda: (folder / "copy").is_file() and (folder / "copy").read_text())
+    until(lambda: (folder / "copy").is_file() and (folder / "copy").read_text(), process)
     os.kill(int((folder / "copy").read_text()), signal.SIGKILL)
     process.kill()
     process.communicate()
@@ -112,9 +112,10 @@ sys.exit(main())
     assert not list(folder.glob(".specsmooth-*"))
 
 
-def until(condition, seconds=300.0):
+def until(condition, process=None, seconds=300.0):
     end = time.monotonic() + seconds
     while not condition():
+        assert process is None or process.poll() is None, process.communicate()
         assert time.monotonic() < end, "it never came"
         time.sleep(0.01)
 
@@ -134,7 +135,7 @@ WAITS = """
 )
 def test_a_signal_ends_both_processes(folder, name, code):
     process = start(folder, WAITS, "written", "smooth", "scan.ply", "out.ply")
-    until(lambda: (folder / "copy").is_file() and (folder / "copy").read_text())
+    until(lambda: (folder / "copy").is_file() and (folder / "copy").read_text(), process)
     copy = int((folder / "copy").read_text())
     assert copy != process.pid
     process.send_signal(getattr(signal, name))
