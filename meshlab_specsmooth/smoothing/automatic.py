@@ -151,7 +151,7 @@ def _as_candidate(ops: Operators, low_pass: LowPassLike, setting: Smoothing) -> 
     if low_pass.modes is None:
         shortest = to_edges(ops, "wavelength", low_pass.wavelength, DEFAULT_WAVELENGTH_IN_EDGES)
     else:
-        cutoff = design_low_pass(ops, low_pass, setting.method, setting.mode_count, 1.0, None).cutoff
+        cutoff = design_low_pass(ops, low_pass, setting, 1.0).cutoff
         shortest = wavelength_in_edges(cutoff.eigenvalue)
     return CandidateLowPass(low_pass.family, shortest)
 
@@ -289,7 +289,7 @@ def _leave_unchanged(ops: Operators, chosen: Chosen, began: float) -> SmoothingR
     """The surface as it is, with the evidence of the filter that was not applied."""
     setting = replace(chosen.setting, barycenter_weight=MAX_WEIGHT)
     low_pass = setting.low_pass or Heat()
-    filter_ = design_low_pass(ops, low_pass, setting.method, setting.mode_count, MAX_WEIGHT, None)
+    filter_ = design_low_pass(ops, low_pass, setting, MAX_WEIGHT)
     return make_result(ops, np.zeros_like(ops.positions), filter_, MAX_WEIGHT, [], setting, began)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from meshlab_specsmooth.operators.boundary import BoundaryCurve, blend
 from meshlab_specsmooth.operators.reconstruction import TOLERANCE, Constraints, Solution, error_gain, solve, tolerance
 from meshlab_specsmooth.parameters import check_count, check_progress, show
 from meshlab_specsmooth.runtime import blocks
-from meshlab_specsmooth.runtime.progress import Progress, announce, subrange
+from meshlab_specsmooth.runtime.progress import Progress, announce, finish, subrange
 from meshlab_specsmooth.runtime.workspace import Workspace
 from meshlab_specsmooth.smoothing.region import (
     NO_FEATURES,
@@ -31,7 +32,6 @@ from meshlab_specsmooth.smoothing.region import (
 from meshlab_specsmooth.smoothing.result import SmoothingResult, add_warnings, join_warnings
 from meshlab_specsmooth.smoothing.settings import EVERYWHERE, Enhancement, LowPass, Region, Setting, Smoothing
 from meshlab_specsmooth.spectral import SpectralFilter
-from meshlab_specsmooth.spectral.chebyshev import ErrorGain
 from meshlab_specsmooth.spectral.cutoff import wavelength_in_edges
 from meshlab_specsmooth.spectral.design import Design, design, design_band, is_exact
 from meshlab_specsmooth.spectral.low_pass import Ideal, LowPassLike
@@ -58,9 +58,6 @@ POSITION_TOLERANCE = 1e-7
 # Waves shorter or longer than this act like these, and their powers would overflow.
 _WAVELENGTH_LIMITS = (1e-30, 1e30)
 
-# From differential coordinates to their change; the operator is the surface's or its boundary's.
-ChangeOf = Callable[[Laplacian, SpectralFilter, Floats, Progress | None, Workspace], Floats]
-
 
 @dataclass(frozen=True, eq=False)
 class _Barycenters:
@@ -70,21 +67,6 @@ class _Barycenters:
     lowest: float
     gram: Gram
     factor: float
-
-    def solve(
-        self,
-        L: Laplacian,
-        change: Floats,
-        progress: Progress | None,
-        constraints: Constraints | None,
-        start: Floats | None,
-        workspace: Workspace,
-    ) -> Solution:
-        """Step 3, to a tolerance for the lowest weight."""
-        rtol = TOLERANCE if self.factor == self.lowest else tolerance(self.lowest)
-        return solve(
-            L, self.gram, self.factor, change, progress, constraints, start, rtol, workspace, overwrite_change=True
-        )
 
 
 @blocks.one_blas_thread()
@@ -124,7 +106,7 @@ def smooth_by_setting(
         return leave_empty(ops, setting, low_pass, began)
     held = _hold_barycenters(ops, weight)
     designing, progress = split_progress(setting.method, ops, progress)
-    across = design_low_pass(ops, low_pass, setting.method, setting.mode_count, held.lowest, designing)
+    across = design_low_pass(ops, low_pass, setting, held.lowest, designing)
     longest = wavelength_in_edges(across.cutoff.eigenvalue)
 
     def design_along(L: Laplacian, scale: float) -> Design:
@@ -135,18 +117,11 @@ def smooth_by_setting(
             wavelength=None if is_response else scale * longest,
             method=setting.method,
             tolerance=DISPLACEMENT_TOLERANCE,
-            error_gain=_error_gain(held.lowest / np.sqrt(2)),
+            error_gain=partial(error_gain, weight=held.lowest / np.sqrt(2)),
         )
 
-    def remove(
-        L: Laplacian, filter_: SpectralFilter, delta: Floats, report: Progress | None, work: Workspace
-    ) -> Floats:
-        change = filter_.apply(L, delta, report, work)
-        change -= delta
-        return change
-
     along = _design_along_boundary(ops, region, design_along)
-    result = _run(ops, remove, across, along, active, held, setting, workspace, began, progress, guess)
+    result = _run(ops, setting, across, along, active, held, workspace, began, progress, guess)
     if not (isinstance(low_pass, Response) or low_pass.modes is not None):
         result = add_warnings(result, _describe_short_cutoff(across, len(ops.active)))
     return add_warnings(result, explain_no_motion(region, region.feature_gain))
@@ -176,7 +151,7 @@ def enhance_by_setting(
         return leave_empty(ops, setting, Ideal(), began)
     held = _hold_barycenters(ops, setting.barycenter_weight)
 
-    def design_pass(L: Laplacian, scale: float, gain: ErrorGain) -> Design:
+    def design_pass(L: Laplacian, scale: float, weight: float) -> Design:
         return design_band(
             L,
             setting.family,
@@ -184,21 +159,12 @@ def enhance_by_setting(
             scale * shortest,
             method=setting.method,
             tolerance=DISPLACEMENT_TOLERANCE,
-            error_gain=gain,
+            error_gain=partial(error_gain, weight=weight),
         )
 
-    def amplify(
-        L: Laplacian, filter_: SpectralFilter, delta: Floats, report: Progress | None, work: Workspace
-    ) -> Floats:
-        change = filter_.apply(L, delta, report, work)
-        change *= setting.gain - 1
-        return change
-
-    across = design_pass(ops.L, 1.0, _error_gain(held.lowest))
-    along = _design_along_boundary(
-        ops, region, lambda L, scale: design_pass(L, scale, _error_gain(held.lowest / np.sqrt(2)))
-    )
-    result = _run(ops, amplify, across, along, active, held, setting, workspace, began, progress)
+    across = design_pass(ops.L, 1.0, held.lowest)
+    along = _design_along_boundary(ops, region, lambda L, scale: design_pass(L, scale, held.lowest / np.sqrt(2)))
+    result = _run(ops, setting, across, along, active, held, workspace, began, progress)
     note = NO_FEATURES if features is not None and not np.any(features) else None
     return add_warnings(result, explain_no_motion(replace(region, features=None), 0.0) or note)
 
@@ -212,7 +178,7 @@ def low_pass_by_setting(
     designing, progress = split_progress(setting.method, ops, check_progress(progress))
     if len(ops.active) == 0:
         return leave_empty(ops, setting, setting.low_pass, began)
-    low_pass = design_low_pass(ops, setting.low_pass, setting.method, setting.mode_count, None, designing)
+    low_pass = design_low_pass(ops, setting.low_pass, setting, None, designing)
     announce(progress, "smoothing")
     displacement = low_pass.filter.apply(ops.L, ops.positions, progress) - ops.positions
     if region.mask is not None:
@@ -223,21 +189,20 @@ def low_pass_by_setting(
 
 def _run(
     ops: Operators,
-    change_of: ChangeOf,
+    setting: Smoothing | Enhancement,
     across: Design,
     along: Design | None,
     region: ActiveRegion,
     held: _Barycenters,
-    setting: Smoothing | Enhancement,
     workspace: Workspace | None,
     began: float,
     progress: Progress | None,
     guess: Floats | None = None,
 ) -> SmoothingResult:
-    """The three steps; where the boundary is smoothed along itself, on its curve first."""
+    """The three steps, by a filter on the surface and optionally one along the boundary, which is smoothed first."""
     work = check_workspace(workspace)
     iterations = setting.iterations if isinstance(setting, Smoothing) else 1
-    displacement, solutions = np.zeros((1, 1)), []
+    displacement, solutions = ops.positions, []
     announce(progress, "smoothing")
     # an iteration of the least squares takes as long as three sweeps, and it takes about seven over the weight
     sweeping = across.filter.degree / (across.filter.degree + 3 * (7 / min(held.lowest, 1.0) + 2))
@@ -248,7 +213,7 @@ def _run(
         delta = ops.L.product(V, work.borrow(V))
         if region.is_constrained:
             delta *= region.rows
-        change = change_of(ops.L, across.filter, delta, step_2, work)
+        change = _filter_coordinates(setting, across.filter, ops.L, delta, step_2, work)
         if region.is_partial:
             change *= region.change
         constraints = None
@@ -256,45 +221,74 @@ def _run(
             prescribed = np.zeros_like(V)
             if along is not None and ops.boundary is not None:
                 prescribed[ops.boundary_vertices] = _smooth_boundary(
-                    ops, ops.boundary, V, change_of, across, along, region, held
+                    ops, setting, ops.boundary, V, across, along, region, held.lowest
                 )
             constraints = Constraints(region.free, region.rows, prescribed)
         work.give_back(delta)
-        solutions.append(held.solve(ops.L, change, step_3, constraints, None if number else guess, work))
-        displacement = displacement + solutions[-1].displacement if number else solutions[-1].displacement
+        solution = solve(
+            ops.L,
+            held.gram,
+            held.factor,
+            change,
+            step_3,
+            constraints,
+            None if number else guess,
+            TOLERANCE if held.factor == held.lowest else tolerance(held.lowest),
+            work,
+            overwrite_change=True,
+        )
+        solutions.append(solution)
+        displacement = displacement + solution.displacement if number else solution.displacement
     result = make_result(ops, displacement, across, held.given, solutions, setting, began)
     work.give_back(displacement)
-    if progress is not None:
-        progress(1.0)
+    finish(progress)
     return result
+
+
+def _filter_coordinates(
+    setting: Smoothing | Enhancement,
+    filter_: SpectralFilter,
+    L: Laplacian,
+    delta: Floats,
+    progress: Progress | None = None,
+    workspace: Workspace | None = None,
+) -> Floats:
+    """Step 2: delta' - delta, for differential coordinates of the surface or of its boundary."""
+    change = filter_.apply(L, delta, progress, workspace)
+    if isinstance(setting, Enhancement):
+        change *= setting.gain - 1
+    else:
+        change -= delta
+    return change
 
 
 def _smooth_boundary(
     ops: Operators,
+    setting: Smoothing | Enhancement,
     curve: BoundaryCurve,
     V: Floats,
-    change_of: ChangeOf,
     across: Design,
     along: Design,
     region: ActiveRegion,
-    held: _Barycenters,
+    weight: float,
 ) -> Floats:
     """(b, 3) displacement of the boundary by the same three steps along its curve."""
     at = curve.vertices
-    change = region.change[at] * change_of(curve.L, along.filter, curve.L @ V[at], None, Workspace())
+    change = region.change[at] * _filter_coordinates(setting, along.filter, curve.L, curve.L @ V[at])
     # A closed curve is the wave that goes around it once. Where that is cut off, with a margin for the softened step,
     # the hole would close.
     wavelength = wavelength_in_edges(across.cutoff.eigenvalue) * ops.mean_edge
     free = region.inside[at] * (curve.length > 1.25 * wavelength).astype(np.float64)
     constraints = Constraints(free, np.ones((len(at), 1)), np.zeros_like(change))
-    return solve(curve.L, curve.gram, held.lowest, change, None, constraints).displacement
+    return solve(curve.L, curve.gram, weight, change, None, constraints).displacement
 
 
 def _design_along_boundary(ops: Operators, region: Region, make: Callable[[Laplacian, float], Design]) -> Design | None:
     """The same filter for the boundary curve; None unless the boundary is smoothed along itself.
 
     ``make`` takes the curve's L and the factor for wavelengths in mean edges of the surface: the curve has edges of its
-    own, and the eigenvalue of a wave on a curve is twice that on a surface.
+    own, and the eigenvalue of a wave on a curve is twice that on a surface. The midpoints of a curve hold long waves
+    half as firmly as barycenters do, so an error in delta' is amplified as for the weight over sqrt(2).
     """
     curve = ops.boundary
     if region.boundary != "curve" or curve is None or curve.mean_edge == 0:
@@ -316,27 +310,25 @@ def _stretch(h: Response, factor: float) -> Response:
 def design_low_pass(
     ops: Operators,
     low_pass: LowPassLike,
-    method: str,
-    mode_count: str,
+    setting: Smoothing | LowPass,
     weight: float | None,
-    progress: Progress | None,
+    progress: Progress | None = None,
 ) -> Design:
     """The filter of a low-pass on a mesh, for a reconstruction with ``weight``, or for the coordinates themselves."""
-    tolerance_ = POSITION_TOLERANCE if weight is None else DISPLACEMENT_TOLERANCE
-    gain = None if weight is None else _error_gain(weight)
-    if isinstance(low_pass, Response):
-        return design(ops.L, low_pass, method=method, tolerance=tolerance_, error_gain=gain, progress=progress)
-    modes = None if low_pass.modes is None else check_modes(ops, low_pass.modes)
-    wavelength = to_edges(ops, "wavelength", low_pass.wavelength, DEFAULT_WAVELENGTH_IN_EDGES)
+    modes = wavelength = None
+    if not isinstance(low_pass, Response):
+        modes = None if low_pass.modes is None else check_modes(ops, low_pass.modes)
+        if modes is None:
+            wavelength = to_edges(ops, "wavelength", low_pass.wavelength, DEFAULT_WAVELENGTH_IN_EDGES)
     return design(
         ops.L,
-        low_pass.family,
+        low_pass if isinstance(low_pass, Response) else low_pass.family,
         modes=modes,
-        wavelength=wavelength if modes is None else None,
-        method=method,
-        mode_count=mode_count,
-        tolerance=tolerance_,
-        error_gain=gain,
+        wavelength=wavelength,
+        method=setting.method,
+        mode_count=setting.mode_count,
+        tolerance=POSITION_TOLERANCE if weight is None else DISPLACEMENT_TOLERANCE,
+        error_gain=None if weight is None else partial(error_gain, weight=weight),
         mode_density=ops.mode_density,
         progress=progress,
     )
@@ -377,14 +369,6 @@ def _hold_barycenters(ops: Operators, weight: float | Floats) -> _Barycenters:
     return _Barycenters(weight, float(of_faces.min()), gram, 1.0)
 
 
-def _error_gain(weight: float) -> ErrorGain:
-    """The fraction of an error in delta' that the reconstruction of a surface passes on.
-
-    The midpoints of a curve hold long waves half as firmly as barycenters do: there it is that of weight / sqrt(2).
-    """
-    return lambda eigenvalues: error_gain(eigenvalues, weight)
-
-
 def leave_empty(ops: Operators, setting: Setting, low_pass: LowPassLike, began: float) -> SmoothingResult:
     """The result for a mesh without an edge: all of its vertices stay."""
     if not isinstance(low_pass, Response):
@@ -395,29 +379,17 @@ def leave_empty(ops: Operators, setting: Setting, low_pass: LowPassLike, began: 
     name = low_pass.label if isinstance(low_pass, Response) else type(low_pass).__name__.lower()
     return SmoothingResult(
         vertices=ops.surface.vertices.copy(),
-        cutoff=2.0,
-        modes=0.0,
-        modes_error=0.0,
-        wavelength=0.0,
-        mean_edge=0.0,
         response=name,
         laplacian=ops.laplacian,
-        method="exact",
         barycenter_weight=MAX_WEIGHT if weight is None else weight,
-        iterations=1,
-        degree=0,
-        response_error=0.0,
-        cg_iterations=(),
-        residual=0.0,
-        displacement=0.0,
         kernels=ops.L.kernels.name,
         seconds=time.perf_counter() - began,
         setting=setting,
-        given=ops.surface,
         noise=Noise.zero(0.0),
         estimated_error=0.0,
         warning=join_warnings(*ops.notes),
         welded=ops.welded,
+        given=ops.surface,
     )
 
 

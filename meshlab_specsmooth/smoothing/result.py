@@ -44,9 +44,9 @@ class FilterResult(WithMesh, Described):
     """
 
     vertices: Floats
-    displacement: float
-    kernels: str
-    seconds: float
+    displacement: float = 0.0
+    kernels: str = "none"
+    seconds: float = 0.0
     warning: str | None = None
     welded: int = 0
     outliers: npt.NDArray[np.int64] = field(default_factory=lambda: np.empty(0, dtype=np.int64))
@@ -119,20 +119,21 @@ class SmoothingResult(FilterResult):
         ``noise.resolution`` it cannot be distinguished from zero; 0 where the estimate is negative.
     """
 
-    cutoff: float
-    modes: float
-    modes_error: float
-    wavelength: float
-    mean_edge: float
+    # the defaults are those of a surface without an edge
+    cutoff: float = 2.0
+    modes: float = 0.0
+    modes_error: float = 0.0
+    wavelength: float = 0.0
+    mean_edge: float = 0.0
     response: str
     laplacian: str
-    method: str
+    method: str = "exact"
     barycenter_weight: float | Floats
-    iterations: int
-    degree: int
-    response_error: float
-    cg_iterations: tuple[int, ...]
-    residual: float
+    iterations: int = 1
+    degree: int = 0
+    response_error: float = 0.0
+    cg_iterations: tuple[int, ...] = ()
+    residual: float = 0.0
     setting: Setting | None = None
     noise: Noise | None = None
     estimated_error: float | None = None
