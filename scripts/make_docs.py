@@ -122,6 +122,7 @@ def documents() -> dict[Path, str]:
         docs / "architecture.md": architecture.page(),
         docs / "architecture.svg": architecture.drawing(),
         bootstrap.ROOT / "meshlab_specsmooth" / "meshlab" / "signatures.pyi": stub(),
+        stubs.path_of("__init__"): stubs.make_package_stub(),
         **{stubs.path_of(module): stubs.make_stub(module) for module in stubs.MODULES},
     }
 

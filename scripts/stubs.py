@@ -53,6 +53,20 @@ def path_of(module: str) -> Path:
     return bootstrap.ROOT / "meshlab_specsmooth" / Path(*module.split(".")).with_suffix(".pyi")
 
 
+def make_package_stub() -> str:
+    """The text of the package's stub: its public names, imported where they are defined."""
+    import meshlab_specsmooth as mss
+
+    lines = [
+        wrap_import(f"from meshlab_specsmooth.{module} import", [f"{name} as {name}"])
+        for module, names in sorted(mss._NAMES.items())
+        for name in sorted(names.split())
+    ]
+    head = '"""Types of the public names, made by ``python3 scripts/make_docs.py``."""'
+    version = "__version__: str"
+    return "\n".join([head, "", *lines, "", version, ""])
+
+
 def make_stub(module: str) -> str:
     """The text of one stub."""
     loaded = importlib.import_module(f"meshlab_specsmooth.{module}")
@@ -70,18 +84,18 @@ def make_stub(module: str) -> str:
                 lines.append(source)
             else:
                 by_module.setdefault(source, []).append(name)
-    own = [import_line(source, names) for source, names in by_module.items()]
+    own = [wrap_import(f"from meshlab_specsmooth.{source} import", names) for source, names in by_module.items()]
     blocks = [each for each in ("\n".join(lines), "\n".join(sorted(own))) if each]
     return HEAD.format(module=f"``meshlab_specsmooth.{module}``", imports="\n\n".join(blocks)) + bodies
 
 
-def import_line(source: str, names: list[str]) -> str:
+def wrap_import(start: str, names: list[str]) -> str:
     """An import as the formatter leaves it."""
-    line = f"from meshlab_specsmooth.{source} import {', '.join(sorted(names))}"
+    line = f"{start} {', '.join(sorted(names))}"
     if len(line) <= 120:
         return line
     rows = "".join(f"    {name},\n" for name in sorted(names))
-    return f"from meshlab_specsmooth.{source} import (\n{rows})"
+    return f"{start} (\n{rows})"
 
 
 def make_function(function) -> str:
