@@ -8,7 +8,7 @@ import pytest
 
 import meshlab_specsmooth as mss
 from meshlab_specsmooth.cli import main
-from meshlab_specsmooth.comparison import metrics, noise, runs, shape
+from meshlab_specsmooth.comparison import metrics, noise, runs
 from meshlab_specsmooth.comparison.columns import MEASURES, format_value
 from meshlab_specsmooth.comparison.distances import distances
 from meshlab_specsmooth.comparison.experiment import SizeLimits, experiment
@@ -21,8 +21,8 @@ from meshlab_specsmooth.meshlab.filters import FILTERS
 from meshlab_specsmooth.meshlab.isolated_filter import FilterProcess, FilterRun
 from meshlab_specsmooth.meshlab.measures import hausdorff, self_intersecting_faces
 from meshlab_specsmooth.operators.assemble import assemble_surface
-from meshlab_specsmooth.report import bars, export, page, page_tables, palette, panels, plots, project_layers
 from meshlab_specsmooth.report import compared as report
+from meshlab_specsmooth.report import export, page, page_tables, plots, scene
 from tests.meshes import rough, sheet, together, torus
 
 CLEAN = mss.Surface(*torus(60, 40))
@@ -56,14 +56,14 @@ def test_hausdorff_and_volume_agree_with_meshlab_and_with_exact_distances():
 
 def test_area_agrees_with_meshlab():
     ms = meshset.new(CLEAN.vertices, CLEAN.faces)
-    assert shape.area(CLEAN) == pytest.approx(ms.get_geometric_measures()["surface_area"], rel=1e-5)
+    assert metrics.area(CLEAN) == pytest.approx(ms.get_geometric_measures()["surface_area"], rel=1e-5)
 
 
 def test_boundary_length_is_that_of_the_rim():
     V, F = sheet(5, 4)
     V[:, 2] = 0
-    assert shape.boundary_length(mss.Surface(V, F)) == pytest.approx(2 * (4 + 3))
-    assert shape.boundary_length(CLEAN) == 0
+    assert metrics.boundary_length(mss.Surface(V, F)) == pytest.approx(2 * (4 + 3))
+    assert metrics.boundary_length(CLEAN) == 0
 
 
 def test_faces_that_run_through_others_are_counted():
@@ -120,8 +120,8 @@ def test_measures_do_not_depend_on_the_unit(factor):
     for name in ("noise_left", "feature_loss", "offset", "displacement"):
         a, b = (getattr(context_of(c), name)(s) for c, s in zip(clean, (plain, scaled), strict=True))
         assert b == pytest.approx(a, rel=1e-8, abs=1e-12)
-    assert shape.triangle_quality(scaled) == pytest.approx(shape.triangle_quality(plain))
-    assert shape.dihedral_deviation(scaled) == pytest.approx(shape.dihedral_deviation(plain))
+    assert metrics.triangle_quality(scaled) == pytest.approx(metrics.triangle_quality(plain))
+    assert metrics.dihedral_deviation(scaled) == pytest.approx(metrics.dihedral_deviation(plain))
 
 
 # --- filters in a process of their own ---
@@ -273,7 +273,7 @@ def test_rows_within_their_uncertainty_are_tied(found):
     slow = with_row(found, found.best, {"seconds": 2.0})
     tied = with_row(slow, slow.ranked[1], {"seconds": 0.05}, gap=0.001, gap_uncertainty=0.01)
     assert tied.ranked[1] in tied.tied
-    tables, _ = page_tables.make_tables(tied, palette.row_colors(tied))
+    tables, _ = page_tables.make_tables(tied, scene.row_colors(tied))
     assert [row["cells"][0]["best"] for row in tables[0]["rows"][:3]] == [True, True, False]
     apart = with_row(tied, tied.ranked[1], {}, gap=1.0)
     assert apart.ranked[1] not in apart.tied
@@ -282,12 +282,12 @@ def test_rows_within_their_uncertainty_are_tied(found):
 def test_an_estimate_below_its_uncertainty_is_a_bound(found):
     bound = with_row(found, found.best, {"estimated_error": 0.0}, uncertainty=0.038)
     texts = [bound.headline(), *bound.reasons(), str(bound), bound._repr_html_()]
-    colors = palette.row_colors(bound)
+    colors = scene.row_colors(bound)
     cells = page_tables.make_tables(bound, colors)[0][0]["rows"][0]["cells"]
-    bar = bars.make_bars(bound, colors)[0]
+    bar = page_tables.make_bars(bound, colors)[0]
     assert (cells[0]["shown"], bar["shown"], bar["bound"]) == ("at most 0.038",) * 2 + (True,)
     assert 0 < bar["width"] < 100
-    assert panels.make_caption(bound.best).startswith("error at most 0.038")
+    assert page.make_caption(bound.best).startswith("error at most 0.038")
     assert sum("at most 0.038" in text for text in texts) == 3
     assert not any("0.000 ±" in text or "not comparable" in text for text in texts)
 
@@ -298,9 +298,9 @@ def test_without_a_noise_level_there_are_no_estimates():
     assert all("estimated_error" not in row.values for row in compared.rows)
     assert "estimated" not in str(compared)
     assert "at most" in page.explain_noise(compared)
-    assert bars.bar_measure(compared).key == "displacement"
-    assert bars.make_bars(compared, palette.row_colors(compared))[0]["shown"] == "0.000"
-    assert all(math.isfinite(x) for x in palette.color_range(compared, palette.COLORINGS[1]))
+    assert page_tables.bar_measure(compared).key == "displacement"
+    assert page_tables.make_bars(compared, scene.row_colors(compared))[0]["shown"] == "0.000"
+    assert all(math.isfinite(x) for x in scene.color_range(compared, scene.COLORINGS[1]))
     assert len(plots.plot_curves(compared)) == 3
     true = dataclasses.replace(compared.rows[1], values={**compared.rows[1].values, "true_error": 0.1})
     known = dataclasses.replace(compared, rows=(compared.rows[0], true))
@@ -513,7 +513,7 @@ def test_the_mesh_as_given_keeps_its_own_colors(found, tmp_path):
     ms.add_mesh(pymeshlab.Mesh(CLEAN.vertices, CLEAN.faces, f_color_matrix=opaque))
     read = report.with_colors(found, ms)
     assert read.vertex_colors is None  # pymeshlab colors all vertices white
-    layers = project_layers.make_layers(read)
+    layers = export.make_layers(read)
     projects.write(tmp_path / "p.mlp", layers[:2])
     ms = pymeshlab.MeshSet()
     ms.load_project(str(tmp_path / "p.mlp"))
@@ -525,13 +525,11 @@ def test_the_mesh_as_given_keeps_its_own_colors(found, tmp_path):
 
 
 def test_labels_of_layers_have_no_dots_and_state_the_range(found):
-    labels = [layer.label for layer in project_layers.make_layers(found)]
+    labels = [layer.label for layer in export.make_layers(found)]
     assert all(label.endswith("% of an edge from the truth)") and "." not in label for label in labels)
     moved = dataclasses.replace(found.rows[1].spec, name="f(lambda_=0.5)")
     (label,) = [
-        each.label
-        for each in project_layers.make_layers(with_row(found, found.rows[1], {}, spec=moved))
-        if "f(" in each.label
+        each.label for each in export.make_layers(with_row(found, found.rows[1], {}, spec=moved)) if "f(" in each.label
     ]
     assert label.startswith("f(lambda_=0,5) (blue 0, red ")
 

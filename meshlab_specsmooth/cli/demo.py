@@ -13,8 +13,7 @@ from meshlab_specsmooth.cli.progress import bar
 from meshlab_specsmooth.comparison.filter_specs import DEMO
 from meshlab_specsmooth.comparison.noise import gaussian
 from meshlab_specsmooth.comparison.rows import Row
-from meshlab_specsmooth.comparison.side_by_side import COLUMNS, run_side_by_side
-from meshlab_specsmooth.comparison.summary import explain_paper_setting
+from meshlab_specsmooth.comparison.side_by_side import COLUMNS, explain_paper_setting, run_side_by_side
 from meshlab_specsmooth.comparison.tables import format_rows
 from meshlab_specsmooth.geometry.surface import Surface
 from meshlab_specsmooth.meshlab import mesh_files, meshset

@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
+import math
 import platform
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.metadata import PackageNotFoundError, version
 
 import numpy as np
 
 from meshlab_specsmooth.comparison import noise
 from meshlab_specsmooth.comparison.comparison import Comparison
-from meshlab_specsmooth.comparison.estimates import add_gaps
 from meshlab_specsmooth.comparison.filter_specs import FilterSpec, select_filters
-from meshlab_specsmooth.comparison.measured_mesh import EIGENVALUES, MeasuredMesh
-from meshlab_specsmooth.comparison.parts import select_patch
+from meshlab_specsmooth.comparison.measured_mesh import EIGENVALUES, EstimatedError, MeasuredMesh, select_patch
+from meshlab_specsmooth.comparison.rows import Row
 from meshlab_specsmooth.comparison.runs import PROBES, SWEEP_PROBES, Bench, StepCounter, count_steps, run_filters
 from meshlab_specsmooth.errors import InvalidParameter, InvalidSurface
 from meshlab_specsmooth.geometry.surface import LARGEST_EXPONENT_OF_AREAS, Surface, check_extent, mean_edge_length
@@ -106,7 +106,7 @@ def experiment(
         seed,
         whole.context.edge,
         whole.risk.noise,
-        add_gaps(rows),
+        _add_gaps(rows),
         curves,
         part.given if is_cut else None,
         EIGENVALUES,
@@ -128,3 +128,21 @@ def _version_of(package: str) -> str:
         return version(package)
     except PackageNotFoundError:
         return "not installed"
+
+
+def _add_gaps(rows: Sequence[tuple[Row, EstimatedError | None]]) -> tuple[Row, ...]:
+    """Return the rows with the difference of each from the best row.
+
+    The same probes were used for all rows, so that most of their scatter cancels in the difference.
+    """
+    best = min((found for _, found in rows if found is not None), key=lambda found: found.error, default=None)
+    return tuple(row if found is None or best is None else _with_gap(row, found, best) for row, found in rows)
+
+
+def _with_gap(row: Row, found: EstimatedError, best: EstimatedError) -> Row:
+    difference = np.subtract(found.risks, best.risks)
+    difference = difference[np.isfinite(difference)]
+    scatter = float(difference.std(ddof=1) / np.sqrt(len(difference))) if len(difference) > 1 else 0.0
+    # an error of the noise level changes both in the same direction
+    spread = math.hypot(scatter, found.level_term - best.level_term)
+    return replace(row, gap=found.error - best.error, gap_uncertainty=spread / max(found.error + best.error, 1e-12))

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from meshlab_specsmooth.arrays import Floats
-from meshlab_specsmooth.comparison.shape import boundary_edges
+from meshlab_specsmooth.comparison.metrics import boundary_edges
 from meshlab_specsmooth.geometry.surface import Surface, face_vectors, mean_edge_length, vertex_normals
 from meshlab_specsmooth.noise.scales import bilaplacian_row_norms, walk
 from meshlab_specsmooth.operators.assemble import Operators

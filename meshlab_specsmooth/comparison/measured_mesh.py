@@ -2,24 +2,52 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
+from scipy.sparse import coo_array, csr_array
+from scipy.sparse.csgraph import breadth_first_order
 
 from meshlab_specsmooth.arrays import Booleans, Floats
-from meshlab_specsmooth.comparison import metrics, shape
+from meshlab_specsmooth.comparison import metrics
 from meshlab_specsmooth.comparison.distances import distances
-from meshlab_specsmooth.comparison.estimates import EstimatedError
 from meshlab_specsmooth.comparison.measure_context import MeasureContext
-from meshlab_specsmooth.comparison.parts import is_near_cut, restrict
 from meshlab_specsmooth.geometry.surface import Surface
 from meshlab_specsmooth.meshlab.measures import hausdorff, self_intersecting_faces
 from meshlab_specsmooth.noise.model import UNCLEAR, Noise
 from meshlab_specsmooth.operators.assemble import assemble_surface
 from meshlab_specsmooth.risk.estimate_error import SurfaceProbe, prepare_probe
 from meshlab_specsmooth.spectral.density import band_energies
+
+
+@dataclass(frozen=True)
+class EstimatedError:
+    """An estimated error in mean edges, with the parts of its uncertainty in squared mean edges (those of the risk).
+
+    Attributes
+    ----------
+    error : float
+    scatter : float
+        Standard error of the risk over the probes; NaN for one probe.
+    level_term : float
+        Signed change of the risk for a change of the noise level by one standard error.
+    risks : tuple of float
+        Risk estimated by each probe.
+    """
+
+    error: float
+    scatter: float
+    level_term: float
+    risks: tuple[float, ...]
+
+    @property
+    def uncertainty(self) -> float:
+        """Increase of the error for one standard error of the risk; for one probe, that of the noise level alone."""
+        return math.sqrt(self.error**2 + math.hypot(np.nan_to_num(self.scatter), self.level_term)) - self.error
+
 
 _BANDS = 40
 _ANGLES = np.linspace(0, np.pi, _BANDS + 1)
@@ -88,15 +116,15 @@ class MeasuredMesh:
 
     def cut(self, patch: npt.NDArray[np.int64], probes: int) -> MeasuredMesh:
         """Return the mesh of some vertices and the faces between them, with the noise and the unit of the whole."""
-        given = restrict(self.given, patch)
-        truth = restrict(self.truth, patch) if self.truth is not None and self.corresponds else None
+        given = _restrict(self.given, patch)
+        truth = _restrict(self.truth, patch) if self.truth is not None and self.corresponds else None
         diagonals = [float(np.linalg.norm(np.ptp(s.vertices, axis=0))) for s in (self.given, given)]
         part = MeasuredMesh.of(given, truth, probes, self.risk.noise)
         context = replace(part.context, edge=self.context.edge)
         return replace(
             part,
             context=context,
-            risk_in_core=_restrict_risk(part.risk, ~is_near_cut(self.given, patch)),
+            risk_in_core=_restrict_risk(part.risk, ~_is_near_cut(self.given, patch)),
             noise_given=context.noise_left(given),
             diagonal_ratio=diagonals[0] / diagonals[1] if diagonals[1] > 0 else 1.0,
         )
@@ -142,16 +170,16 @@ class MeasuredMesh:
         """Return all measures by key, and (n,) values to color the surface by."""
         context, values = self.context, self.measure_basic(result)
         values |= {
-            "area": 100 * (shape.area(result) / shape.area(self.given) - 1),
-            "dihedral": shape.dihedral_deviation(result),
-            "quality": shape.triangle_quality(result),
+            "area": 100 * (metrics.area(result) / metrics.area(self.given) - 1),
+            "dihedral": metrics.dihedral_deviation(result),
+            "quality": metrics.triangle_quality(result),
             "flips": metrics.flipped(result, context.reference),
         }
         if not self.single_run:
             values["intersections"] = 100 * float(self_intersecting_faces(result.vertices, result.faces).mean())
-        boundary = shape.boundary_length(self.given)
+        boundary = metrics.boundary_length(self.given)
         if boundary > 0:
-            values["boundary"] = 100 * (shape.boundary_length(result) / boundary - 1)
+            values["boundary"] = 100 * (metrics.boundary_length(result) / boundary - 1)
         colors = {
             "displacement": np.linalg.norm(result.vertices - self.given.vertices, axis=1) / context.edge,
             "curvature": context.curvature(result),
@@ -199,3 +227,39 @@ def _restrict_risk(risk: SurfaceProbe, counted: Booleans) -> SurfaceProbe:
     """The error estimate for some vertices, (n,) bool, or for all if none of these has an edge."""
     kept = counted[risk.ops.active]
     return replace(risk, probe=replace(risk.probe, counted=kept)) if kept.any() else risk
+
+
+# Rings at the cut whose errors are excluded: filters treat the cut as a boundary
+_CUT_RINGS = 20
+_SEED = 7
+_MAX_STARTS = 100
+
+
+def select_patch(surface: Surface, size: int) -> npt.NDArray[np.int64]:
+    """Return ``size`` vertices, sorted, in one patch unless its component is smaller."""
+    n, F = len(surface.vertices), surface.faces
+    graph = csr_array(coo_array((np.ones(3 * len(F)), (F.ravel(), F[:, [1, 2, 0]].ravel())), shape=(n, n)))
+    rng, selected = np.random.default_rng(_SEED), np.zeros(n, dtype=np.bool_)
+    for _ in range(_MAX_STARTS):
+        reached = breadth_first_order(graph, int(F[rng.integers(len(F)), 0]), directed=False, return_predecessors=False)
+        selected[reached[: size - int(selected.sum())]] = True
+        if selected.sum() >= size:
+            break
+    return np.flatnonzero(selected).astype(np.int64)
+
+
+def _restrict(surface: Surface, patch: npt.NDArray[np.int64]) -> Surface:
+    """Return the surface of some vertices and the faces between them."""
+    number = np.full(len(surface.vertices), -1)
+    number[patch] = np.arange(len(patch))
+    faces = number[surface.faces]
+    return Surface(surface.vertices[patch], faces[(faces >= 0).all(axis=1)])
+
+
+def _is_near_cut(surface: Surface, patch: npt.NDArray[np.int64]) -> Booleans:
+    """Return for each vertex of a patch, (k,), whether it lies within 20 rings of the rest of the surface."""
+    is_near = np.ones(len(surface.vertices), dtype=np.bool_)
+    is_near[patch] = False
+    for _ in range(_CUT_RINGS):
+        is_near[surface.faces[is_near[surface.faces].any(axis=1)]] = True
+    return np.asarray(is_near[patch])

@@ -11,9 +11,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from meshlab_specsmooth.arrays import Floats
-from meshlab_specsmooth.comparison.estimates import EstimatedError
 from meshlab_specsmooth.comparison.filter_specs import FilterSpec
-from meshlab_specsmooth.comparison.measured_mesh import MeasuredMesh
+from meshlab_specsmooth.comparison.measured_mesh import EstimatedError, MeasuredMesh
 from meshlab_specsmooth.comparison.rows import Curve, Point, Row
 from meshlab_specsmooth.errors import FilterFailed
 from meshlab_specsmooth.geometry.surface import Surface

@@ -33,6 +33,26 @@ def run_side_by_side(truth: Surface, noisy: Floats, specs: Iterable[FilterSpec])
 
 
 def _row(spec: FilterSpec | None, surface: Surface, truth: Surface, seconds: float) -> Row:
-    errors = measure_errors(surface, truth)
-    values = {"seconds": seconds, **errors}
+    values = {"seconds": seconds, **measure_errors(surface, truth)}
     return Row(spec, surface, values={column.key: values[column.key] for column in COLUMNS if column.key in values})
+
+
+def explain_paper_setting(given: Row, laplacian: Row, paper: Row, automatic: Row) -> str:
+    """Return what the demo shows about the paper's literal setting, in words.
+
+    Parameters
+    ----------
+    given, laplacian, paper, automatic : Row
+        The noisy mesh and three results, with normal errors and changes of volume.
+    """
+    errors = [row.values["normal_error"] for row in (given, laplacian, paper, automatic)]
+    volumes = [abs(row.values["volume"]) for row in (given, laplacian, paper, automatic)]
+    less = errors[2] > errors[1]
+    return (
+        f"The paper's setting (200 modes, weight 1, one pass) reduces the normal error from {errors[0]:.1f} to "
+        f"{errors[2]:.1f} degrees. It changes the volume by {volumes[2]:.3f} %, but smooths "
+        f"{'less than' if less else 'at least as well as'} MeshLab's Laplacian ({errors[1]:.1f} degrees). On a mesh of "
+        "this size 200 modes are so few that the barycenter constraints do nearly all of the work, and their weight "
+        f"determines the strength. With the weight chosen from the measured noise, {errors[3]:.1f} degrees remain and "
+        f"the volume changes by {volumes[3]:.3f} %. (The noise itself changed it by {volumes[0]:.3f} %.)"
+    )

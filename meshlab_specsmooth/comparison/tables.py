@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import html
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from meshlab_specsmooth.comparison.columns import MEASURES, Measure, format_value
-from meshlab_specsmooth.comparison.ranking import Ranking
 from meshlab_specsmooth.comparison.rows import Row, format_estimated_error
 
 _PRINTED = ("estimated_error", "true_error", "normal_error", "noise_removed", "feature_loss", "volume", "seconds")
 _NAME_WIDTH, _CELL_WIDTH = 32, 18
 
 
-def text_table(found: Ranking) -> str:
-    """Return the rows as text with the most important columns, the best row first."""
-    return format_rows(found.ranked, [m for m in found.columns if m.key in _PRINTED])
+def text_table(rows: Iterable[Row], columns: Iterable[Measure]) -> str:
+    """Return rows as text with the most important of the columns."""
+    return format_rows(rows, [m for m in columns if m.key in _PRINTED])
 
 
 def format_rows(rows: Iterable[Row], columns: Iterable[Measure]) -> str:
@@ -30,17 +29,17 @@ def format_rows(rows: Iterable[Row], columns: Iterable[Measure]) -> str:
     return "\n".join(line.rstrip() for line in lines)
 
 
-def html_table(found: Ranking) -> str:
-    """Return the rows as an HTML table with all columns, the best row first."""
+def html_table(rows: Iterable[Row], columns: Sequence[Measure]) -> str:
+    """Return rows as an HTML table with all of the columns."""
     head = "".join(
         f'<th title="{html.escape(m.help)}">{html.escape(m.label)}<br><small>{html.escape(m.unit)}</small></th>'
-        for m in found.columns
+        for m in columns
     )
     body = []
-    for row in found.ranked:
-        cells = "".join(f"<td>{text}</td>" for text in _format_cells(row, found.columns))
+    for row in rows:
+        cells = "".join(f"<td>{text}</td>" for text in _format_cells(row, columns))
         if row.failure:
-            cells = f'<td colspan="{len(found.columns)}">{html.escape(row.failure)}</td>'
+            cells = f'<td colspan="{len(columns)}">{html.escape(row.failure)}</td>'
         body.append(f'<tr><th title="{html.escape(row.call)}">{html.escape(row.name)}</th>{cells}</tr>')
     return f"<table><thead><tr><th></th>{head}</tr></thead><tbody>{''.join(body)}</tbody></table>"
 

@@ -4,16 +4,32 @@ from __future__ import annotations
 
 import importlib.resources
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
 
+from meshlab_specsmooth.comparison.columns import MEASURES, format_value
 from meshlab_specsmooth.comparison.comparison import Comparison
-from meshlab_specsmooth.comparison.ranking import Ranking
+from meshlab_specsmooth.comparison.rows import Row, format_estimated_error
 from meshlab_specsmooth.errors import MissingExtra
 from meshlab_specsmooth.noise.model import NONE, UNCLEAR
-from meshlab_specsmooth.report import bars, page_tables, palette, plots
-from meshlab_specsmooth.report.panels import make_panels
-from meshlab_specsmooth.report.scene import make_scene
-from meshlab_specsmooth.report.shapes import MAX_DRAWN, Drawn, list_shapes, select_drawn
+from meshlab_specsmooth.report import page_tables, plots
+from meshlab_specsmooth.report.pictures import HEIGHT_BY_WIDTH, Panel, View, close_up, front, render
+from meshlab_specsmooth.report.plots import round_length
+from meshlab_specsmooth.report.scene import (
+    MAX_DRAWN,
+    TRUTH_COLOR,
+    Drawn,
+    Shape,
+    encode,
+    focus_point,
+    list_colorings,
+    list_shapes,
+    make_scene,
+    row_colors,
+    select_drawn,
+)
+from meshlab_specsmooth.runtime import temporary
 
 
 def make_page(found: Comparison, recipe: str = "", max_drawn: int = MAX_DRAWN) -> str:
@@ -25,7 +41,7 @@ def make_page(found: Comparison, recipe: str = "", max_drawn: int = MAX_DRAWN) -
     here = importlib.resources.files(__package__) / "templates"
     environment = jinja2.Environment(autoescape=True, trim_blocks=True)
     safe = jinja2.utils.markupsafe.Markup
-    colors = palette.row_colors(found)
+    colors = row_colors(found)
     drawn = select_drawn(found.given, max_drawn)
     shapes = list_shapes(found)
     scene = make_scene(found, shapes, drawn)
@@ -36,11 +52,11 @@ def make_page(found: Comparison, recipe: str = "", max_drawn: int = MAX_DRAWN) -
         truth=found.truth is not None,
         noise_words=describe_noise(found),
         noise_details=explain_noise(found),
-        bars=bars.make_bars(found, colors),
-        bar_words=bars.bar_title(found),
-        bar_unit=bars.bar_measure(found).key,
-        bar_ticks=bars.bar_ticks(found),
-        colorings=palette.list_colorings(found),
+        bars=page_tables.make_bars(found, colors),
+        bar_words=page_tables.bar_title(found),
+        bar_unit=page_tables.bar_measure(found).key,
+        bar_ticks=page_tables.bar_ticks(found),
+        colorings=list_colorings(found),
         panels=make_panels(found, shapes, drawn, colors),
         display_note=_display_note(found, drawn),
         tables=tables,
@@ -60,7 +76,7 @@ def make_page(found: Comparison, recipe: str = "", max_drawn: int = MAX_DRAWN) -
     return text
 
 
-def describe_noise(found: Ranking) -> str:
+def describe_noise(found: Comparison) -> str:
     """Return kind and level of the noise in a few words."""
     noise, edge = found.noise, found.noise.mean_edge or 1.0  # levels are stated in edges of the given mesh
     added = "" if found.added is None else f" ({found.added:g} added on every coordinate, seed {found.seed})"
@@ -70,7 +86,7 @@ def describe_noise(found: Ranking) -> str:
     return f"{kind}, measured level {noise.level / edge:.3f} mean edges{added}"
 
 
-def explain_noise(found: Ranking) -> str:
+def explain_noise(found: Comparison) -> str:
     """Return how the noise was measured, and what the estimated errors are based on."""
     noise = found.noise
     edge = noise.mean_edge or 1.0
@@ -98,7 +114,7 @@ def _figure(plot: plots.Plot, safe: Callable[[str], str]) -> dict[str, str]:
     return {"svg": safe(plot.svg), "marks": json.dumps(plot.marks, separators=(",", ":"))}
 
 
-def _sweep_note(found: Ranking) -> str:
+def _sweep_note(found: Comparison) -> str:
     if found.sample is None:
         return ""
     return (
@@ -107,7 +123,7 @@ def _sweep_note(found: Ranking) -> str:
     )
 
 
-def _display_note(found: Ranking, drawn: Drawn) -> str:
+def _display_note(found: Comparison, drawn: Drawn) -> str:
     kept, n = len(drawn.vertices), len(found.given.vertices)
     if kept == n:
         return ""
@@ -115,3 +131,57 @@ def _display_note(found: Ranking, drawn: Drawn) -> str:
         f"For display only, the {n:,} vertices are reduced to {kept:,}; all figures refer to the whole mesh, and the "
         "meshes beside this page are complete."
     )
+
+
+_PICTURED = 9  # surfaces with pictures, for print and browsers without WebGL
+_SHOWN = 8  # panels that are visible at first
+_CLOSE_UP = 0.28  # height of the close-up as a fraction of the whole view's
+
+
+def make_panels(
+    found: Comparison, shapes: Sequence[Shape], drawn: Drawn, colors: Mapping[str, str]
+) -> list[dict[str, Any]]:
+    """Return a dict for each surface, for the template; ``colors`` are those of the rows by name."""
+    whole = front(drawn.surface_of(found.given))
+    views = (whole, close_up(whole, focus_point(found), _CLOSE_UP))
+    pictures = _make_pictures(views, shapes[:_PICTURED], drawn)
+    bars = [_scale_bar(view, found.edge) for view in views]
+    return [
+        {
+            "name": shape.name,
+            "color": TRUTH_COLOR if shape.row is None else colors[shape.name],
+            "caption": "" if shape.row is None else make_caption(shape.row),
+            "shown": i < _SHOWN,
+            "picture": pictures[i] if i < len(pictures) else "",
+            "bars": bars,
+        }
+        for i, shape in enumerate(shapes)
+    ]
+
+
+def make_caption(row: Row) -> str:
+    """Return the estimated and the true error of a row, as far as it has them."""
+    words = []
+    if "estimated_error" in row.values:
+        words.append(f"error {format_estimated_error(row, with_uncertainty=False)}")
+    if "true_error" in row.values:
+        words.append(f"true error {format_value(MEASURES['true_error'], row.values['true_error'])}")
+    return ", ".join(words)
+
+
+def _scale_bar(view: View, edge: float) -> dict[str, Any]:
+    """A scale bar below a picture: its length in words, and its width in per cent of that of the picture."""
+    width = view.height / HEIGHT_BY_WIDTH
+    length = round_length(0.25 * width)
+    return {"width": round(100 * length / width, 2), "shown": f"{length:g} ({length / edge:.2g} edges)"}
+
+
+def _make_pictures(views: Sequence[View], shapes: Sequence[Shape], drawn: Drawn) -> list[str]:
+    """PNGs as data addresses, one for each surface, the views one below the other."""
+    encoded = []
+    with temporary.folder() as folder:
+        path = Path(folder) / "panel.png"
+        for shape in shapes:
+            render(path, [Panel("", drawn.surface_of(shape.surface))], views)
+            encoded.append("data:image/png;base64," + encode(path.read_bytes()))
+    return encoded

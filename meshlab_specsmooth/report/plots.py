@@ -13,10 +13,10 @@ import numpy as np
 
 from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.comparison.columns import MEASURES, format_estimate, format_value
-from meshlab_specsmooth.comparison.ranking import Ranking
+from meshlab_specsmooth.comparison.comparison import Comparison
 from meshlab_specsmooth.comparison.rows import Point, Row
 from meshlab_specsmooth.errors import MissingExtra
-from meshlab_specsmooth.report.palette import row_colors
+from meshlab_specsmooth.report.scene import row_colors
 
 _STYLE = {
     "svg.fonttype": "none",
@@ -66,7 +66,7 @@ def round_length(most: float) -> float:
     return float(f"{digit * power:.1g}")
 
 
-def plot_curves(found: Ranking) -> list[Plot]:
+def plot_curves(found: Comparison) -> list[Plot]:
     """Plot the side effects of each filter against the noise removed, and estimated against true errors."""
     known = {key for curve in found.curves for point in curve.points for key in point.values}
     left_out = "offset" if "volume" in known else "volume"
@@ -80,7 +80,7 @@ def plot_curves(found: Ranking) -> list[Plot]:
     return plots
 
 
-def plot_spectra(found: Ranking) -> list[Plot]:
+def plot_spectra(found: Comparison) -> list[Plot]:
     """Plot the transfer functions and the spectra."""
     return [
         _svg((6.6, 4.0), lambda axes: _responses(found, axes), "transfer functions"),
@@ -126,7 +126,7 @@ def _line(row: Row) -> dict[str, Any]:
     return {"linewidth": 2.2 if row.ours else 1.3, "zorder": 3 if row.ours else 2}
 
 
-def _cost(found: Ranking, key: str) -> Callable[[Any], Marks]:
+def _cost(found: Comparison, key: str) -> Callable[[Any], Marks]:
     def draw(axes: Any) -> Marks:
         marks: Marks = []
         measure, by_name = MEASURES[key], row_colors(found)
@@ -173,7 +173,7 @@ def _make_tip(name: str, key: str, at: Point | Row) -> str:
 _MIN_LEFT, _TICKS = 0.5, (100, 50, 20, 10, 5, 2, 1)
 
 
-def _set_noise_axis(found: Ranking, axes: Any) -> None:
+def _set_noise_axis(found: Comparison, axes: Any) -> None:
     """Set the horizontal axis to noise removed, on a logarithmic scale of the noise left."""
     left = [_position(point, "")[0] for curve in found.curves for point in curve.points if _removes_noise(point)]
     low, high = min(left, default=1.0), max(left, default=100.0)
@@ -193,7 +193,7 @@ def _removes_noise(point: Point) -> bool:
     return point.values["noise_removed"] > -5
 
 
-def _axis_limits(found: Ranking, key: str) -> tuple[float, float]:
+def _axis_limits(found: Comparison, key: str) -> tuple[float, float]:
     """Limits of an axis: the middle three quarters of all points and a margin, because some filters diverge."""
     values = np.array([point.values[key] for c in found.curves for point in c.points if key in point.values] or [0.0])
     if key == "estimated_error":
@@ -203,7 +203,7 @@ def _axis_limits(found: Ranking, key: str) -> tuple[float, float]:
     return (0.0 if (values >= 0).all() else float(min(low - room, 0.0))), float(max(high + room, 0.0))
 
 
-def _agreement(found: Ranking, axes: Any) -> Marks:
+def _agreement(found: Comparison, axes: Any) -> Marks:
     marks: Marks = []
     by_name = row_colors(found)
     limit = 1.05 * found.rows[0].values["estimated_error"] or 1.0
@@ -224,7 +224,7 @@ def _agreement(found: Ranking, axes: Any) -> Marks:
     return marks
 
 
-def _responses(found: Ranking, axes: Any) -> Marks:
+def _responses(found: Comparison, axes: Any) -> Marks:
     marks: Marks = []
     by_name = row_colors(found)
     limit = found.rows[0].values.get("estimated_error", np.nan)
@@ -249,7 +249,7 @@ def _along(name: str, eigenvalues: Floats, values: Floats, what: str, form: str)
     ]
 
 
-def _spectra(found: Ranking, axes: Any) -> Marks:
+def _spectra(found: Comparison, axes: Any) -> Marks:
     marks: Marks = []
     by_name = row_colors(found)
     least = np.inf
