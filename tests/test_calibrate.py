@@ -28,6 +28,12 @@ def test_every_constant_is_accounted_for_with_the_value_that_it_has(calibrate):
     )
 
 
+def test_the_comment_at_a_measured_constant_names_its_row(calibrate):
+    for module, path in calibrate.modules():
+        text = path.read_text(encoding="utf-8")
+        assert calibrate.row_comments(text, module) == text, "run: python3 scripts/calibrate.py --comments"
+
+
 def test_a_constant_that_is_new_or_changed_or_gone_is_noticed(calibrate, tmp_path):
     page = tmp_path / "constants.md"
     lines = calibrate.PAGE.read_text(encoding="utf-8").splitlines(keepends=True)

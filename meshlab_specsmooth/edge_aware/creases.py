@@ -11,6 +11,7 @@ from meshlab_specsmooth.noise.model import NONE, Noise
 
 # A setting for hard edges under much noise: on a cube with noise of up to 0.3 edges it finds all edges, and no others.
 # The vertices do not follow, as faces that noise has flipped would stay flipped.
+# docs/constants.md: _STRENGTH, _RANGE_SIGMA, _ITERATIONS
 _STRENGTH, _RANGE_SIGMA, _ITERATIONS = 8.0, 0.28, 4
 
 

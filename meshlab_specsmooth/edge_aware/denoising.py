@@ -65,6 +65,7 @@ _ASSEMBLED, _CHOSEN = 0.1, 0.6
 
 # Peak memory of a call, with room to spare: 600 bytes a face were measured at two million faces with the compiled
 # kernels.
+# docs/constants.md: _BYTES_PER_FACE
 _BYTES_PER_FACE = 900
 
 

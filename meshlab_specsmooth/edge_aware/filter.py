@@ -13,13 +13,16 @@ from meshlab_specsmooth.graph.protocols import FaceKernels
 from meshlab_specsmooth.runtime.progress import Progress
 
 # Spatial sigma of the weights, in mean distances of neighboring centroids: the ring of faces around one counts.
+# docs/constants.md: _SPATIAL_SIGMA
 _SPATIAL_SIGMA = 1.5
 
 # Gradient steps of the vertices toward the normals, stopped early so that triangles keep their shape.
+# docs/constants.md: _VERTEX_STEPS
 _VERTEX_STEPS = 15
 
 # The solve is stopped where the relative error of the normals is below a thousandth: they are filtered again in the
 # next iteration. With creases the error on one side would depend on the other, so it is solved further.
+# docs/constants.md: _RTOL, _MAX_CG_ITERATIONS
 _RTOL, _MAX_CG_ITERATIONS = 1e-3, 6
 _RTOL_CUT, _MAX_CG_ITERATIONS_CUT = 1e-8, 200
 

@@ -20,15 +20,20 @@ from meshlab_specsmooth.runtime.progress import Progress
 # Step of the probe: half of the noise's size where every vertex has some already, so that the response is averaged over
 # what the noise may be; an infinitesimal step sees one realization only. Where few vertices have noise it must be of
 # the full size: half impulses are smoothed away where whole ones are taken for features.
+# docs/constants.md: _FULL_STEP, _LESS_BY_DENSITY
 _FULL_STEP, _LESS_BY_DENSITY = 1.0, 0.5
 _SEED = 5
+# docs/constants.md: _MAX_ITERATIONS
 _MAX_ITERATIONS = 6
 
 # The guide's weight suits noise alone; where the shape has short waves too, it is held more firmly.
+# docs/constants.md: _FIRMER
 _FIRMER = 1.4
+# docs/constants.md: _MIN_GUIDE_WEIGHT, _MAX_GUIDE_WEIGHT
 _MIN_GUIDE_WEIGHT, _MAX_GUIDE_WEIGHT = 0.12, 1.0
 
 # Where the search starts: hard and soft, sharp and organic; start, strength, range sigma, weight by the guide's.
+# docs/constants.md: _COARSE
 _COARSE = (
     (GIVEN, 0.4, 0.35, 1.0),
     (GIVEN, 2.0, 0.2, 1.0),
@@ -42,12 +47,15 @@ _COARSE = (
 _RATIOS = ((2.0, 2**0.5), (2.0, 2**0.5), (2**0.5, 2**0.25))
 
 # Where the search ends: below, an iteration changes nothing; above, one flattens what a ring of faces spans.
+# docs/constants.md: _STRENGTHS
 _STRENGTHS = (0.02, 8.0)
 # Normals of neighbors are 0.14 apart on a surface that turns by 8 degrees an edge; 1 is 60 degrees.
+# docs/constants.md: _RANGE_SIGMAS
 _RANGE_SIGMAS = (0.14, 1.0)
 
 # The error is flat about its minimum: of settings whose error is within this fraction of it, the one that lets the
 # least noise through is taken, as normals still gain.
+# docs/constants.md: _RISK_TOLERANCE
 _RISK_TOLERANCE = 0.01
 
 _Key = tuple[str, float, float, float]  # start, strength, range sigma, weight

@@ -13,6 +13,7 @@ from meshlab_specsmooth.graph.face_kernels_scipy import ScipyFaceKernels
 from meshlab_specsmooth.graph.protocols import FaceKernels, VertexKernels
 from meshlab_specsmooth.graph.vertex_kernels_scipy import ScipyVertexKernels
 from meshlab_specsmooth.runtime.backend import is_compiled
+from meshlab_specsmooth.runtime.interrupts import DeferInterrupts
 
 
 @dataclass(frozen=True)
@@ -60,10 +61,11 @@ def select(n: int) -> Backend:
     """
     if not is_compiled(n):
         return SCIPY
-    # imported when first needed: numba alone takes half a second
-    from meshlab_specsmooth.graph import adjacency_numba, extent_numba, face_adjacency_numba
-    from meshlab_specsmooth.graph.face_kernels_numba import NumbaFaceKernels
-    from meshlab_specsmooth.graph.vertex_kernels_numba import NumbaVertexKernels
+    # imported when first needed: numba alone takes half a second. It may crash if it is interrupted while it loads.
+    with DeferInterrupts():
+        from meshlab_specsmooth.graph import adjacency_numba, extent_numba, face_adjacency_numba
+        from meshlab_specsmooth.graph.face_kernels_numba import NumbaFaceKernels
+        from meshlab_specsmooth.graph.vertex_kernels_numba import NumbaVertexKernels
 
     return Backend(
         adjacency_numba.adjacency,

@@ -26,61 +26,79 @@ from meshlab_specsmooth.noise.scales import correlate, filter_by_bands
 from meshlab_specsmooth.operators.assemble import Operators
 
 # Beyond this many standard deviations a residual is an outlier, or shape.
+# docs/constants.md: _OUTLIER_SIGMAS
 _OUTLIER_SIGMAS = 2.5
 
 # White noise is the same in L, L^2, L^3, L^4; the median of impulses, which only few vertices have, rises with the
 # power, as every power spreads them over more vertices. By this factor, and by this many standard errors besides.
+# docs/constants.md: _MIN_RISE_OF_IMPULSES
 _MIN_RISE_OF_IMPULSES = 1.05
+# docs/constants.md: _STANDARD_ERRORS
 _STANDARD_ERRORS = 2.0
 
 # For a smooth shape the band level decays at least 6x from the third band to the second and 3x from the fourth to the
 # third (measured on clean surfaces); that of noise decays less. What remains of a band after subtracting the coarser
 # one over these factors is noise. It is correlated where its variance exceeds that of the first band, and is higher
 # again in the third.
+# docs/constants.md: _SHAPE_BAND_DECAY
 _SHAPE_BAND_DECAY = (6.0, 3.0)
+# docs/constants.md: _MIN_OVER_FIRST_BAND, _MIN_OVER_SECOND_BAND
 _MIN_OVER_FIRST_BAND, _MIN_OVER_SECOND_BAND = 1.1**2, 2.0
 
 # A surface has normals because its waves decay faster than they shorten: from an octave to the next the amplitude more
 # than doubles (the power of its modes falls faster than 1 / lambda^2). Below what is called noise in the shortest waves
 # noise is correlated only where, over two octaves, it does not: then the normals are lost in longer waves.
+# docs/constants.md: _GROWTH_OF_SHAPE
 _GROWTH_OF_SHAPE = 2.0
 _FINER_BAND, _COARSER_BAND = 2, 4
 
 # Where triangles are coarse for the shape, its detail is in the first band too, and grows by this factor to the second
 # (measured on clean scans and models of a few thousand vertices); noise grows by no more than its scatter.
+# docs/constants.md: _GROWTH_OF_DETAIL, _SCATTER
 _GROWTH_OF_DETAIL, _SCATTER = 1.6, 1.1
 
 # Coordinates that are rounded to a lattice take few values, each many times.
+# docs/constants.md: _MIN_LATTICE_STEPS, _MIN_VERTICES_PER_STEP
 _MIN_LATTICE_STEPS, _MIN_VERTICES_PER_STEP = 8, 4
 
 # Half of the triangles longer than this against their altitude: the uniform Laplacian sees their shape as noise. White
 # noise of half an edge on even triangles gives a median of 2 to 3, adaptive meshes have 2, stretched ones 3 to 5.
+# docs/constants.md: _MAX_ASPECT
 _MAX_ASPECT = 6.0
 
 # Detail of a coarse shape resembles correlated noise, but grows from band to band like shape, and is as high in L^4 as
 # in L^2, where correlated noise decays (measured on decimated models; noise correlated over two edges or more).
+# docs/constants.md: _GROWTH_OF_COARSE
 _GROWTH_OF_COARSE = (2.6, 2.1)
+# docs/constants.md: _MIN_LEVEL_RATIO
 _MIN_LEVEL_RATIO = 0.85
+# docs/constants.md: _MAX_OUTLIERS
 _MAX_OUTLIERS = 0.1  # where only a part of the surface has noise there are more
 
 # White noise leaves a hundredth of the corners within this fraction of its level of the plane of the next face. Where
 # it is a fifth, the faces are flat by design. Staircases of masks have such faces too, but even triangles, and no
 # shape that dominates within two octaves.
+# docs/constants.md: _FLAT_HEIGHT, _MAX_FLAT
 _FLAT_HEIGHT, _MAX_FLAT = 0.02, 0.2
+# docs/constants.md: _MAX_ASPECT_OF_FLAT
 _MAX_ASPECT_OF_FLAT = 3.5
+# docs/constants.md: _GROWTH_OF_FLAT
 _GROWTH_OF_FLAT = 2.2
 
 # Corners within a millionth of an edge of the plane of the next face are exact. On a surface of revolution made of
 # quadrilaterals it is every diagonal, a third of the edges, and more at its caps; on a mask's surface more than two
 # thirds are, and with noise none.
+# docs/constants.md: _EXACT_HEIGHT, _EXACT_FRACTIONS
 _EXACT_HEIGHT, _EXACT_FRACTIONS = 1e-6, (0.3, 0.68)
 
 # Of the largest tenth of the deviations of an exact model a third and more are equal to others, to a millionth of an
 # edge; of impulses hardly any, and a tenth where a flat part has many of one height. A lattice keeps some symmetry, of
 # 16 copies about an axis; a turned part has more.
+# docs/constants.md: _LARGEST, _REPEATED, _MAX_REPEATS
 _LARGEST, _REPEATED, _MAX_REPEATS = 0.9, 1e-6, {IMPULSE: 0.25, QUANTIZED: 0.95}
 
 # Noise of more edges than this has lost the surface: it is a coarse shape.
+# docs/constants.md: _MAX_LEVEL
 _MAX_LEVEL = 1.0
 
 # Sums of the faces' vectors at a vertex that are smaller than this fraction of their areas cancel.
@@ -88,10 +106,12 @@ _CANCELED = 1e-6
 
 # Eigenvalues of the covariance of isotropic noise are within a factor of two of their mean, and the median and the mean
 # square of its residual agree.
+# docs/constants.md: _MIN_ANISOTROPY, _MAX_RMS_OVER_MAD
 _MIN_ANISOTROPY, _MAX_RMS_OVER_MAD = 2.0, 1.1
 
 # Regularization of the covariance, as a fraction of the mean level: where normals see only few directions (on a box
 # only those at its edges see more than axes), the others get the mean level.
+# docs/constants.md: _RIDGE
 _RIDGE = 0.03
 
 

@@ -35,11 +35,13 @@ from meshlab_specsmooth.operators.patches import MIN_VERTICES
 from meshlab_specsmooth.operators.reconstruction import reconstruct
 
 # On a regular mesh with noise of s edges the weight 0.07 / s removes nearly all of it (measured).
+# docs/constants.md: WEIGHT_TIMES_LEVEL
 WEIGHT_TIMES_LEVEL = 0.07
 
 MIN_WEIGHT, MAX_WEIGHT = 0.02, 1000.0
 
 # Relative error allowed in the displacement of surfaces that only serve an estimate, which scatters by far more.
+# docs/constants.md: GUIDE_RTOL
 GUIDE_RTOL = 1e-2
 
 MAD_OF_UNIT_NORMAL = 0.6744897501960817  # median of the absolute value of a standard normal
@@ -48,12 +50,15 @@ _SEED = 20251
 
 # Rounding to a lattice leaves its error at most vertices, so the median shows it; the rings of a turned part lie on a
 # lattice as well.
+# docs/constants.md: _MIN_OF_ROUNDING
 _MIN_OF_ROUNDING = 0.4
 
 # The estimate's standard error is this over the root of the number of vertices: the residuals of L^2 at neighbors are
 # correlated, so that there are half as many independent ones as vertices. The remainder is the bias due to the guide
 # and the shape.
+# docs/constants.md: _STANDARD_ERROR
 _STANDARD_ERROR = 1.25
+# docs/constants.md: _BIAS
 _BIAS = 0.03
 
 

@@ -15,6 +15,7 @@ KINDS = (NONE, WHITE, DIRECTIONAL, QUANTIZED, IMPULSE, CORRELATED, UNCLEAR)
 
 # Below this fraction of an edge nothing is called noise: it tilts normals by a degree or two, and the triangles of any
 # real mesh leave as much (an unsmoothed scan of 28 000 vertices has 0.015, a coarse model of 3000 more).
+# docs/constants.md: NEGLIGIBLE
 NEGLIGIBLE = 0.02
 
 #: Number of powers of L, and of bands of wavelength, in which a level is measured.

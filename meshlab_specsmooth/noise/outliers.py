@@ -17,25 +17,33 @@ from meshlab_specsmooth.operators.patches import neighbors_of
 # The distance of a stray vertex from the mean of its neighbors exceeds the median distance by the first factor, the
 # edges around it by the second, and the second largest distance among its neighbors (each without the stray) by the
 # third. Corners and tips of sampled shapes stay below an edge or two; a crease has two neighbors as far off.
+# docs/constants.md: _MIN_OVER_MEDIAN
 _MIN_OVER_MEDIAN = 8.0
+# docs/constants.md: _MIN_OVER_EDGE
 _MIN_OVER_EDGE = 1.5
+# docs/constants.md: _MIN_OVER_NEIGHBORS
 _MIN_OVER_NEIGHBORS = 3.0
 
 # It lies out of the plane of its neighbors by more than this fraction of that distance, or is farther from the nearest
 # of them than this many edges; hubs of flat fans are neither.
+# docs/constants.md: _MIN_OUT_OF_PLANE, _MIN_OUT_OF_REACH
 _MIN_OUT_OF_PLANE, _MIN_OUT_OF_REACH = 0.3, 1.5
 
 # The number of neighbors: a tip where more triangles meet is part of the shape.
+# docs/constants.md: _MAX_NEIGHBORS
 _MIN_NEIGHBORS, _MAX_NEIGHBORS = 3, 16
 
 # More than this fraction of the vertices are not strays but impulse noise.
+# docs/constants.md: MAX_FRACTION
 MAX_FRACTION = 0.03
 
 # Candidates, which are tested one by one, exceed the mean edge around them by this factor.
+# docs/constants.md: _MIN_OVER_MEAN_EDGE
 _MIN_OVER_MEAN_EDGE = 1.0
 
 # Two strays next to each other hide each other, so they are searched for repeatedly; as each other's neighbors, their
 # positions converge in a few iterations.
+# docs/constants.md: _MAX_SEARCHES
 _MAX_SEARCHES = 3
 _FILL_ITERATIONS = 5
 

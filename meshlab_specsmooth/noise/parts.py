@@ -17,11 +17,14 @@ from meshlab_specsmooth.operators.patches import draw_patches
 # Components of fewer vertices are not measured by themselves. They join the group of the most similar edge length, if
 # the lengths differ by no more than this factor.
 _MIN_MEASURED = 200
+# docs/constants.md: _MAX_EDGE_RATIO_OF_SMALL
 _MAX_EDGE_RATIO_OF_SMALL = 1.5
 
 # Components form one group where their edges and their levels differ by no more than these factors, plus the scatter of
 # the levels.
+# docs/constants.md: _MAX_EDGE_RATIO, _MAX_LEVEL_RATIO
 _MAX_EDGE_RATIO, _MAX_LEVEL_RATIO = 1.3, 1.3
+# docs/constants.md: _STANDARD_ERROR
 _STANDARD_ERROR = 1.25  # of a level, relative, times the root of the number of vertices
 
 # Only this many of the largest components are measured.

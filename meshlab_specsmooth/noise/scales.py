@@ -15,6 +15,7 @@ from meshlab_specsmooth.graph.laplacian import Laplacian
 from meshlab_specsmooth.noise.model import BAND_COUNT, POWER_COUNT
 
 # Noise that is correlated between neighbors is modeled as white noise after this many steps of the lazy random walk.
+# docs/constants.md: CORRELATION_STEPS
 CORRELATION_STEPS = 8
 
 

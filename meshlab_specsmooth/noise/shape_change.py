@@ -22,10 +22,12 @@ from meshlab_specsmooth.runtime import blocks
 # principal axis (the standard deviation of the vertices), of the mean square of the edges.
 _SMALL_VOLUME, _SMALL_SIZE, _SMALL_EDGE = 0.015, 0.02, 0.25
 # A volume that changes by more is not explained by any noise; a mask's staircase is off by half a voxel everywhere.
+# docs/constants.md: _MAX_VOLUME, _MAX_VOLUME_OF_MASK
 _MAX_VOLUME, _MAX_VOLUME_OF_MASK = 0.03, 0.08
 # Changes that are named, and those that a given setting is warned of
 _WORTH_SAYING, _LARGE = 0.01, 0.03
 # Standard errors of noise that are allowed for, and how many neighbors share correlated noise
+# docs/constants.md: _SIGMAS, _CORRELATED_OVER
 _SIGMAS, _CORRELATED_OVER = 3.0, 16.0
 
 

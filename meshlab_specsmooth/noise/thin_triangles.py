@@ -10,6 +10,7 @@ from meshlab_specsmooth.operators.assemble import Operators
 
 # A face of this aspect does not show the noise at its corners. White noise of half an edge on even triangles gives an
 # aspect above it to 2 % of the faces, and hardly ever to a third of those at a vertex and at half of its neighbors.
+# docs/constants.md: _MAX_ASPECT
 _MAX_ASPECT = 12.0
 
 # Between such faces a vertex that would move by more than this many noise levels is not moved.

@@ -17,7 +17,9 @@ from meshlab_specsmooth.operators.assemble import Operators, assemble_patch
 
 # Meshes of more vertices than this are represented by patches, this many of this size.
 MAX_WHOLE = 10_000
+# docs/constants.md: _COUNT
 _COUNT = 5
+# docs/constants.md: _SIZE
 _SIZE = 1600
 
 #: A mask restricts what is measured only if it leaves this many vertices.
@@ -25,6 +27,7 @@ MIN_COUNTED = 200
 
 # Rings next to the boundary that are excluded, as the Laplacian is one-sided there, and the number of vertices that
 # must be left for that.
+# docs/constants.md: _MARGIN
 _MARGIN = 3
 MIN_VERTICES = 50
 

@@ -30,6 +30,7 @@ from meshlab_specsmooth.runtime.workspace import Workspace
 # Residual of the normal equations relative to their right-hand side, each column, at w = 1. Their smallest eigenvalue
 # decreases as w^2, and so does the tolerance for w < 1: the relative error of the displacement is then at most about
 # this.
+# docs/constants.md: TOLERANCE
 TOLERANCE = 1e-4
 _MIN_TOLERANCE = 1e-11  # rounding does not allow for much less
 MAX_ITERATIONS = 20_000

@@ -34,12 +34,14 @@ CRITERIA = ("position", "normals")
 
 #: Normals need stronger smoothing than positions, as if the noise were this many times as high (measured): the error
 #: of positions does not show the short waves that normals depend on.
+# docs/constants.md: LEVEL_FACTORS
 LEVEL_FACTORS = {"position": 1.0, "normals": 1.4}
 
 _SEED = 20251
 
 # Weights are evaluated in steps of this factor from the first guess, downhill, until the error rises; the minimum is
 # that of the parabola through the last three.
+# docs/constants.md: _STEP, _MAX_STEPS
 _STEP, _MAX_STEPS = 2.0, 7
 
 # Fraction of the time of a choice that the noise takes, and what each weight leaves of the rest.
@@ -47,10 +49,12 @@ _MEASURING, _REMAINING = 0.25, 0.75
 
 # The low-pass is computed for weights down to the first guess over this factor, and to this fraction of the
 # displacement.
+# docs/constants.md: _WEIGHT_RANGE, _TOLERANCE
 _WEIGHT_RANGE, _TOLERANCE = 4.0, 2.5e-3
 
 # The error is flat about its minimum, and that of normals still falls with the weight: of all weights whose error is
 # within this fraction of the least, the lowest is taken.
+# docs/constants.md: _RISK_TOLERANCE
 _RISK_TOLERANCE = 0.02
 
 # Below this fraction of an edge there is nothing to choose for.

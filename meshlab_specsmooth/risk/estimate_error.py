@@ -36,6 +36,7 @@ from meshlab_specsmooth.runtime.memory import require
 
 # The step of the probe, as a fraction of the noise: small enough for a difference quotient, large enough for filters
 # that stop iterating at some tolerance.
+# docs/constants.md: _STEP
 _STEP = 0.05
 
 _PROBES = 4

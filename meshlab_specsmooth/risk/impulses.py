@@ -11,7 +11,9 @@ from meshlab_specsmooth.operators.reconstruction import reconstruct
 
 # Vertices are clipped to within the median distance of a surface that is smoothed from them, repeatedly; impulses lie
 # far beyond the median. The weight keeps edges while the iterations spread.
+# docs/constants.md: _ITERATIONS
 _ITERATIONS = 15
+# docs/constants.md: _WEIGHT
 _WEIGHT = 0.7
 
 

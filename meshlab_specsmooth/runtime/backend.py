@@ -15,6 +15,7 @@ import threading
 import warnings
 
 from meshlab_specsmooth.errors import Slow
+from meshlab_specsmooth.runtime.interrupts import DeferInterrupts
 
 #: Above this many vertices missing numba is warned of: below, a call takes less than some five seconds.
 LARGE = 20_000
@@ -57,7 +58,8 @@ def _problem() -> str | None:
 def _failure() -> str | None:
     """Why numba is installed but cannot be loaded, usually because numpy is too new for it; None if it can."""
     try:
-        importlib.import_module("numba")
+        with DeferInterrupts():  # it may crash if it is interrupted while it loads
+            importlib.import_module("numba")
     except (ImportError, OSError) as error:  # llvmlite raises the latter
         return f"numba cannot be loaded: {' '.join(str(error).split())} (pip install --upgrade numba)"
     return None

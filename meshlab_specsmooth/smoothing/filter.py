@@ -52,6 +52,7 @@ _MAX_KEPT_FRACTION = 0.9
 
 # Maximum error of the polynomial in the displacement of any mode, relative to its differential coordinates, which are
 # as large as the displacement; for a plain low-pass relative to positions, which are up to a thousand times larger.
+# docs/constants.md: DISPLACEMENT_TOLERANCE
 DISPLACEMENT_TOLERANCE = 2.5e-3
 POSITION_TOLERANCE = 1e-7
 

@@ -12,6 +12,7 @@ from meshlab_specsmooth.operators.reconstruction import reconstruct
 
 # Smoothing shifts vertices along the surface, which repairs the triangles that noise has disturbed. Below the first
 # level, in edges, noise has not disturbed any, and the shift is removed; above the second all of it is kept.
+# docs/constants.md: _TANGENTIAL_RAMP
 _TANGENTIAL_RAMP = (0.03, 0.1)
 
 

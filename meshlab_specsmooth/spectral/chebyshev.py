@@ -25,6 +25,7 @@ MAX_DEGREE = 2**15
 # The error of a polynomial of degree d is sampled at this many times d points; between them it can be half a per cent
 # larger.
 _OVERSAMPLING = 16
+# docs/constants.md: _BETWEEN_SAMPLES
 _BETWEEN_SAMPLES = 1.01
 
 #: From eigenvalues to the factor that an error of the transfer function is weighted with.

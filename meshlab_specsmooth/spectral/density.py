@@ -28,15 +28,20 @@ PROBES = 9
 _MIN_BAND_DEGREE = 128
 
 # Products with L for each vector; they give twice as many moments, a resolution of pi / 64 in arccos(1 - lambda)
+# docs/constants.md: _DEGREE
 _DEGREE = 32
 # Vertices times vectors. The variance of a count is inversely proportional to it; with this many, its error is below
 # the scatter of the eigenvalues
+# docs/constants.md: _WANTED_SAMPLES
 _WANTED_SAMPLES = 150_000
+# docs/constants.md: _MAX_PROBES
 _MAX_PROBES = 24
 
 # Prior standard deviations of the lattice's term and of its growth with lambda and lambda^2, relative to n
+# docs/constants.md: _LATTICE_PRIOR
 _LATTICE_PRIOR = (0.3, 0.05, 0.05)
 # and of the boundary's term, relative to its length and to the square root of n
+# docs/constants.md: _BOUNDARY_PRIOR
 _BOUNDARY_PRIOR = (0.2, 0.1)
 # Variances, to choose from, of the number of modes in a band about any smooth law: small on compact surfaces, large on
 # long, thin shapes, whose spectrum is nearly one-dimensional, and on many equal components
@@ -44,13 +49,18 @@ _SCATTER = np.concatenate([[0.5], np.geomspace(2, 2e4, 14)])
 
 # Eigenvalues scatter about any smooth law: the variance of their number below a value was measured as 1 to 2 at 20 to
 # 200 modes; it grows at most as the square root of the number, on symmetric surfaces
+# docs/constants.md: _MIN_SCATTER, _SCATTER_GROWTH
 _MIN_SCATTER, _SCATTER_GROWTH = 1.0, 0.1
 
 # The law is fitted in _BANDS bands up to the eigenvalue _FITTED_TO and used up to _LAW_TO; above that, counts follow
 # from the moments alone
+# docs/constants.md: _BANDS
 _BANDS = 32
+# docs/constants.md: _FITTED_TO
 _FITTED_TO = 1.0
+# docs/constants.md: _LAW_TO
 _LAW_TO = 0.7
+# docs/constants.md: _GRID
 _GRID = 128  # points of the table above _LAW_TO; twice as many below it
 _NODES = 256  # of the quadrature over angles; exact for products of three polynomials of the degree of the moments
 

@@ -23,6 +23,7 @@ SAME_EIGENVALUE = 1e-10
 MEMORY_LIMIT = 2 * 2**30
 
 # L has FILL n log2 n entries: 1.6 to 2.9 on ten surfaces of 5k to 37k vertices, rounded up
+# docs/constants.md: FILL
 FILL = 3.5
 
 # L and U, a value and an index each, and a second copy while they are read
@@ -31,6 +32,7 @@ _BYTES_PER_ENTRY = 48
 # Without pivoting the factors may grow. Rounding errors are eps times the growth, so this bounds the shift of the value
 # that is counted at by 1e-9. On regular tori, with multiple eigenvalues, counts were right at a growth of 3e6 and wrong
 # at 3e8.
+# docs/constants.md: _MAX_GROWTH
 _MAX_GROWTH = 1e-9 / np.finfo(np.float64).eps
 
 # A shift at which the factorization is unsound is moved by up to this fraction of itself, in these steps

@@ -17,28 +17,35 @@ SEED = 2010  # arbitrary, fixed so that two runs agree to the bit
 # Vectors in a block. Measured on 37k vertices, 200 pairs: blocks of 4 need 380 solves, blocks of 8 need 440 but less
 # time for orthogonalization; the totals are equal within the noise of the machine. SuperLU solves four columns in half
 # the time of four single ones; eight gain no more, and lose where BLAS has threads.
+# docs/constants.md: BLOCK
 BLOCK = 8
 _SOLVED_TOGETHER = 4
 
 # Fraction of the wanted eigenvalues below the shift, as aimed at and at least. On 37k vertices, 200 pairs in blocks of
 # 4 take 380 solves with a shift of a half or two thirds of the last eigenvalue, 420 with a third, 520 to 540
 # just below zero.
+# docs/constants.md: _FRACTION_BELOW, _MIN_FRACTION_BELOW
 _FRACTION_BELOW, _MIN_FRACTION_BELOW = 0.6, 0.3
+# docs/constants.md: _MAX_SHIFTS
 _MAX_SHIFTS = 4
 
 # Residual |S u - lambda u| of an eigenpair, u a unit vector: asked of the solver, and checked with S itself
+# docs/constants.md: _WANTED_RESIDUAL
 _WANTED_RESIDUAL = 1e-9
 _MAX_RESIDUAL = 1e-8
 
 # The basis is orthogonal to rounding after a block is reorthogonalized and loses orthogonality by a factor per block.
 # The loss stays below the root of eps, as it must for T to be the projection of the operator to rounding (Simon, Math.
 # Comp. 42, 1984).
+# docs/constants.md: _ORTHOGONALITY_LOSS
 _ORTHOGONALITY_LOSS = 1e-9
 
 # Relative to the norm of the operator: below the first, what is left of a block may be rounding; below the second it is
+# docs/constants.md: _REORTHOGONALIZE_BELOW, _BREAKDOWN_TOL
 _REORTHOGONALIZE_BELOW, _BREAKDOWN_TOL = 1e-6, 1e-11
 
 # Maximum number of vectors in the Lanczos basis: per wanted pair (200 pairs take 2.2), and in addition
+# docs/constants.md: _VECTORS_PER_PAIR
 _VECTORS_PER_PAIR, _EXTRA_VECTORS = 2.5, 20 * BLOCK
 
 # The final count may be taken this fraction of the last eigenvalue below it, where many eigenvalues are equal
