@@ -1,3 +1,4 @@
+import contextlib
 import io
 import json
 import os
@@ -352,7 +353,8 @@ def test_an_interrupt_at_any_moment_leaves_the_old_output_or_the_whole_new_one(t
             start = time.perf_counter()
             if trial > 0:
                 time.sleep(waits.uniform(0, 0.9 * usual))
-                os.kill(copy, signal.SIGINT)
+                with contextlib.suppress(ProcessLookupError):  # it has ended already
+                    os.kill(copy, signal.SIGINT)
             code, took = int(process.stdout.readline()), time.perf_counter() - start
             problem = places["problem"].read_text()
             if code == 0:
