@@ -1,4 +1,4 @@
-"""Names for the arrays that the package works on."""
+"""Types of the arrays that the package works on."""
 
 from __future__ import annotations
 

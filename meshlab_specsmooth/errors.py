@@ -1,4 +1,4 @@
-"""What can go wrong, as types. Every message names what is wrong, where, and the remedy."""
+"""Errors as types; every message names what is wrong, where, and the remedy."""
 
 from __future__ import annotations
 

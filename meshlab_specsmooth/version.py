@@ -1,3 +1,3 @@
-"""The version, in one place: the package, its wheel and its command line read it here."""
+"""The version, read by the package, its wheel and its command line."""
 
 VERSION = "0.1.0"

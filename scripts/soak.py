@@ -47,12 +47,12 @@ def main() -> int:
         print(f"{sound + damaged} meshes, {damaged} of them damaged; {vertices} vertices in the others", flush=True)
 
         here, seconds = run(folder, "local"), last_seconds(folder, "local")
-        print(f"on this machine: {told(here)}, {seconds:.0f} s", flush=True)
+        print(f"on this machine: {describe(here)}, {seconds:.0f} s", flush=True)
         expect(wrong, "the summary of the local run", here, {"done": sound, "failed": damaged})
 
         at = int(rng.integers(1, sound // 2 + 1))
         there = on_a_cluster(folder, at)
-        print(f"on two Dask workers, one killed when {at} were done: {told(there)}", flush=True)
+        print(f"on two Dask workers, one killed when {at} were done: {describe(there)}", flush=True)
         all_done = there.get("done", 0) + there.get("skipped", 0)  # recorded by the worker that was killed
         expect(wrong, "the summary of the cluster", (all_done, there.get("failed")), (sound, damaged))
 
@@ -60,7 +60,7 @@ def main() -> int:
         finished = killed(folder, at)
         again = run(folder, "killed")
         kept = sum(stamp == (folder / name).stat().st_mtime_ns for name, stamp in finished.items())
-        print(f"kill -9 when {len(finished)} were done: then {told(again)}; {len(finished) - kept} of these lost")
+        print(f"kill -9 when {len(finished)} were done: then {describe(again)}; {len(finished) - kept} of these lost")
         expect(wrong, "what was finished", kept, len(finished))
         expect(wrong, "what was skipped", again.get("skipped", 0) >= len(finished), True)
         expect(wrong, "what is done in the end", again.get("skipped", 0) + again.get("done", 0), sound)
@@ -153,7 +153,7 @@ def last_seconds(folder: Path, out: str) -> float:
     return float(json.loads((folder / out / "summary.json").read_text())["seconds"])
 
 
-def told(counts: dict[str, int]) -> str:
+def describe(counts: dict[str, int]) -> str:
     return ", ".join(f"{count} {status}" for status, count in counts.items())
 
 

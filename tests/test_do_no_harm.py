@@ -326,9 +326,9 @@ def test_smoothing_that_would_shrink_a_thin_shape_holds_its_volume():
     result = mss.smooth(V, F)
     assert signed_volume(Surface(result.vertices, F)) == pytest.approx(truth, rel=0.015)
     assert result.displacement > 0
-    told = mss.smooth(V, F, barycenter_weight=0.05)
-    assert signed_volume(Surface(told.vertices, F)) < 0.9 * truth
-    assert "this weight changes the shape: the volume by -" in told.warning
+    strong = mss.smooth(V, F, barycenter_weight=0.05)
+    assert signed_volume(Surface(strong.vertices, F)) < 0.9 * truth
+    assert "this weight changes the shape: the volume by -" in strong.warning
     assert mss.smooth(V, F, barycenter_weight=20.0).warning is None
 
 

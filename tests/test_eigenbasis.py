@@ -149,17 +149,17 @@ def test_eigenpairs_that_are_not_accurate_are_reported(monkeypatch):
     ("rough", eigenbasis.full),
 ])  # fmt: skip
 def test_progress_rises_to_one(name, work):
-    told = []
-    work(twin(name), told.append)
-    assert told == sorted(told)
-    assert 0 <= told[0] <= told[-1] == pytest.approx(1, abs=1e-12)
+    reported = []
+    work(twin(name), reported.append)
+    assert reported == sorted(reported)
+    assert 0 <= reported[0] <= reported[-1] == pytest.approx(1, abs=1e-12)
 
 
 def test_progress_is_reported_often_and_an_interrupt_ends_the_work():
-    told = []
-    eigenbasis.lowest(twin("rough"), 100, told.append)
-    assert max(np.diff([0, *told])) < 0.5
-    assert len(told) > 10
+    reported = []
+    eigenbasis.lowest(twin("rough"), 100, reported.append)
+    assert max(np.diff([0, *reported])) < 0.5
+    assert len(reported) > 10
 
     def interrupt(fraction):
         if fraction > 0.2:

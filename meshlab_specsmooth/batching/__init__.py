@@ -1,1 +1,1 @@
-"""Many meshes: each by itself, in processes that may die, with a record of what is done."""
+"""Process many meshes, each in a process of its own, with a record of what is finished."""

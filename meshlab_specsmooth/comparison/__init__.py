@@ -1,1 +1,1 @@
-"""Filters side by side: metrics, and the experiments that use them."""
+"""Compare filters on one mesh: metrics, experiments and their results."""

@@ -1,1 +1,1 @@
-"""The surface as arrays, and what is measured on it."""
+"""The surface as arrays, and measures of it."""

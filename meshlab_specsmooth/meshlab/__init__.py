@@ -1,4 +1,4 @@
-"""Between MeshSets and arrays: the only room that knows pymeshlab."""
+"""MeshSets to arrays and back: the only package that imports pymeshlab."""
 
 from __future__ import annotations
 

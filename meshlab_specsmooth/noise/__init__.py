@@ -1,1 +1,1 @@
-"""What is noise, and what is shape."""
+"""Estimate and classify the noise of a surface."""

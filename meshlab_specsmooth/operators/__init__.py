@@ -1,1 +1,1 @@
-"""The operators of the paper on a mesh."""
+"""Assemble the operators of the paper on a mesh, and solve for the displacement."""

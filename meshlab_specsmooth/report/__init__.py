@@ -1,1 +1,1 @@
-"""Pictures: the only room that knows the renderer."""
+"""Pictures, plots and pages: the only package that imports a renderer."""

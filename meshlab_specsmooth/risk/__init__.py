@@ -1,1 +1,1 @@
-"""The error of a filter, estimated without ground truth."""
+"""Estimate the error of a filter without ground truth, and choose the weight that minimizes it."""
