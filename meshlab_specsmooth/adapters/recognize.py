@@ -9,14 +9,7 @@ from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
 
-from meshlab_specsmooth.adapters import (
-    meshio_meshes,
-    meshlab_meshes,
-    objects,
-    open3d_meshes,
-    tuples,
-    vtk_meshes,
-)
+from meshlab_specsmooth.adapters import libraries
 from meshlab_specsmooth.adapters.source import Mesh, Source, from_arrays, has_attributes
 from meshlab_specsmooth.errors import InvalidParameter, InvalidSurface, NotAMesh, suggest
 from meshlab_specsmooth.parameters import show
@@ -31,16 +24,16 @@ _ACCEPTED = (
 
 # In this order; each returns a Source or None
 _RECOGNIZERS: tuple[Callable[[Mesh], Source | None], ...] = (
-    tuples.recognize_tuple,
-    meshlab_meshes.recognize_path,
-    meshlab_meshes.recognize_meshset,
-    meshlab_meshes.recognize_mesh,
-    open3d_meshes.recognize_tensor_mesh,
-    open3d_meshes.recognize_mesh,
-    vtk_meshes.recognize_pyvista,
-    vtk_meshes.recognize_vedo,
-    meshio_meshes.recognize_mesh,
-    objects.recognize_object,
+    libraries.recognize_tuple,
+    libraries.recognize_path,
+    libraries.recognize_meshset,
+    libraries.recognize_pymeshlab,
+    libraries.recognize_open3d_tensor,
+    libraries.recognize_open3d,
+    libraries.recognize_pyvista,
+    libraries.recognize_vedo,
+    libraries.recognize_meshio,
+    libraries.recognize_object,
 )
 
 

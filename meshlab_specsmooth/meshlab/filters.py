@@ -21,13 +21,13 @@ from meshlab_specsmooth.geometry.surface import Surface, vertex_normals
 from meshlab_specsmooth.meshlab.commit import Change, average_coincident, check_finite, reachable_by_morph
 from meshlab_specsmooth.meshlab.filter_inputs import creases_of, keyword_arguments
 from meshlab_specsmooth.meshlab.mesh_filter import FILTERS as FILTERS
-from meshlab_specsmooth.meshlab.mesh_filter import WRITING, mesh_filter
+from meshlab_specsmooth.meshlab.mesh_filter import WRITING, Call, mesh_filter
 from meshlab_specsmooth.meshlab.mesh_filter import quiet as quiet
 from meshlab_specsmooth.meshlab.meshset import get_arrays
 from meshlab_specsmooth.operators.assemble import BYTES_PER_VERTEX
 from meshlab_specsmooth.power_spectrum import spectrum
 from meshlab_specsmooth.runtime.memory import require
-from meshlab_specsmooth.runtime.progress import Progress, subrange
+from meshlab_specsmooth.runtime.progress import subrange
 from meshlab_specsmooth.smoothing.api import enhance, low_pass, smooth
 from meshlab_specsmooth.smoothing.result import SmoothingResult
 
@@ -60,9 +60,7 @@ def apply(ms: pymeshlab.MeshSet, name: str, **parameters: Any) -> dict[str, Any]
 
 
 @mesh_filter
-def apply_coord_spectral_smoothing(
-    ms: pymeshlab.MeshSet, values: dict[str, Any], progress: Progress | None
-) -> tuple[Report, Change]:
+def apply_coord_spectral_smoothing(call: Call) -> tuple[Report, Change]:
     """
     Returns
     -------
@@ -79,13 +77,11 @@ def apply_coord_spectral_smoothing(
     >>> report["method"], report["residual"] < 1e-4
     ('exact', True)
     """  # noqa: D205 (the summary is in the descriptor)
-    return _smooth(ms, smooth, values, progress)
+    return _smooth(call, smooth)
 
 
 @mesh_filter
-def apply_coord_spectral_low_pass(
-    ms: pymeshlab.MeshSet, values: dict[str, Any], progress: Progress | None
-) -> tuple[Report, Change]:
+def apply_coord_spectral_low_pass(call: Call) -> tuple[Report, Change]:
     """
     Returns
     -------
@@ -101,13 +97,11 @@ def apply_coord_spectral_low_pass(
     >>> mss.apply_coord_spectral_low_pass(ms, modes=4)["modes"]
     4
     """  # noqa: D205 (the summary is in the descriptor)
-    return _smooth(ms, low_pass, values, progress)
+    return _smooth(call, low_pass)
 
 
 @mesh_filter
-def apply_coord_spectral_enhancement(
-    ms: pymeshlab.MeshSet, values: dict[str, Any], progress: Progress | None
-) -> tuple[Report, Change]:
+def apply_coord_spectral_enhancement(call: Call) -> tuple[Report, Change]:
     """
     Returns
     -------
@@ -123,13 +117,11 @@ def apply_coord_spectral_enhancement(
     >>> mss.apply_coord_spectral_enhancement(ms, gain=1.5)["displacement"] > 0
     True
     """  # noqa: D205 (the summary is in the descriptor)
-    return _smooth(ms, enhance, values, progress)
+    return _smooth(call, enhance)
 
 
 @mesh_filter
-def apply_coord_edge_aware_smoothing(
-    ms: pymeshlab.MeshSet, values: dict[str, Any], progress: Progress | None
-) -> tuple[Report, Change]:
+def apply_coord_edge_aware_smoothing(call: Call) -> tuple[Report, Change]:
     """
     Returns
     -------
@@ -145,13 +137,11 @@ def apply_coord_edge_aware_smoothing(
     >>> mss.apply_coord_edge_aware_smoothing(ms)["flips"]
     0
     """  # noqa: D205 (the summary is in the descriptor)
-    return _smooth_normals(ms, smooth_edge_aware, values, progress)
+    return _smooth_normals(call, smooth_edge_aware)
 
 
 @mesh_filter
-def apply_coord_spectral_denoising(
-    ms: pymeshlab.MeshSet, values: dict[str, Any], progress: Progress | None
-) -> tuple[Report, Change]:
+def apply_coord_spectral_denoising(call: Call) -> tuple[Report, Change]:
     """
     Returns
     -------
@@ -167,13 +157,11 @@ def apply_coord_spectral_denoising(
     >>> mss.apply_coord_spectral_denoising(ms)["noise"].kind  # too few vertices
     'unclear'
     """  # noqa: D205 (the summary is in the descriptor)
-    return _smooth_normals(ms, denoise, values, progress)
+    return _smooth_normals(call, denoise)
 
 
 @mesh_filter
-def compute_scalar_by_spectral_displacement(
-    ms: pymeshlab.MeshSet, values: dict[str, Any], progress: Progress | None
-) -> tuple[Report, Change]:
+def compute_scalar_by_spectral_displacement(call: Call) -> tuple[Report, Change]:
     """
     Returns
     -------
@@ -190,8 +178,8 @@ def compute_scalar_by_spectral_displacement(
     >>> bool(ms.current_mesh().vertex_scalar_array().max() == report["max"])
     True
     """  # noqa: D205 (the summary is in the descriptor)
-    vertices, faces = get_arrays(ms)
-    result = _apply(ms, vertices, faces, smooth, values, progress)
+    vertices, faces = get_arrays(call.ms)
+    result = _apply(call, vertices, faces, smooth)
     check_finite(vertices, is_moved=False)
     normals = vertex_normals(Surface(result.vertices, faces))
     quality = average_coincident(vertices, ((result.vertices - vertices) * normals).sum(axis=1))
@@ -206,7 +194,7 @@ def compute_scalar_by_spectral_displacement(
 
 
 @mesh_filter
-def get_spectrum(ms: pymeshlab.MeshSet, values: dict[str, Any], progress: Progress | None) -> tuple[Report, Change]:
+def get_spectrum(call: Call) -> tuple[Report, Change]:
     """
     Returns
     -------
@@ -223,29 +211,25 @@ def get_spectrum(ms: pymeshlab.MeshSet, values: dict[str, Any], progress: Progre
     >>> len(spectrum["eigenvalue"]) == ms.current_mesh().vertex_number()
     True
     """  # noqa: D205 (the summary is in the descriptor)
-    found = spectrum(*get_arrays(ms), **values)
+    found = spectrum(*get_arrays(call.ms), **call.values)
     return Report(vars(found), found), Change()
 
 
-def _smooth(
-    ms: pymeshlab.MeshSet, function: Callable[..., SmoothingResult], values: dict[str, Any], progress: Progress | None
-) -> tuple[Report, Change]:
+def _smooth(call: Call, function: Callable[..., SmoothingResult]) -> tuple[Report, Change]:
     """Run a filter, and return its report and the new vertices."""
-    n = ms.current_mesh().vertex_number()
+    n = call.ms.current_mesh().vertex_number()
     require((BYTES_PER_VERTEX + _WRITING_BYTES_PER_VERTEX) * n, f"smoothing {n} vertices of a MeshSet")
-    vertices, faces = get_arrays(ms)
-    result = _apply(ms, vertices, faces, function, values, progress)
+    vertices, faces = get_arrays(call.ms)
+    result = _apply(call, vertices, faces, function)
     return _report(result), Change(vertices=reachable_by_morph(vertices, result.vertices))
 
 
-def _smooth_normals(
-    ms: pymeshlab.MeshSet, function: Callable[..., EdgeAwareResult], values: dict[str, Any], progress: Progress | None
-) -> tuple[Report, Change]:
+def _smooth_normals(call: Call, function: Callable[..., EdgeAwareResult]) -> tuple[Report, Change]:
     """Run a filter, and return its report and the new vertices."""
-    vertices, faces = get_arrays(ms)
-    creases = creases_of(ms, values.pop("creases"), values.pop("crease_angle"))
-    given = keyword_arguments(ms, values, "strength", "range_sigma", "iterations", "barycenter_weight")
-    result = function(vertices, faces, creases=creases, **given, progress=subrange(progress, 0.0, WRITING))
+    vertices, faces = get_arrays(call.ms)
+    creases = creases_of(call.ms, call.values.pop("creases"), call.values.pop("crease_angle"))
+    given = keyword_arguments(call.ms, call.values, "strength", "range_sigma", "iterations", "barycenter_weight")
+    result = function(vertices, faces, creases=creases, **given, progress=subrange(call.progress, 0.0, WRITING))
     return _report(result), Change(vertices=reachable_by_morph(vertices, result.vertices))
 
 
@@ -257,17 +241,10 @@ def _report(result: SmoothingResult | EdgeAwareResult) -> Report:
     return Report(fields, result)
 
 
-def _apply(
-    ms: pymeshlab.MeshSet,
-    vertices: Floats,
-    faces: Integers,
-    function: Callable[..., SmoothingResult],
-    values: dict[str, Any],
-    progress: Progress | None,
-) -> SmoothingResult:
+def _apply(call: Call, vertices: Floats, faces: Integers, function: Callable[..., SmoothingResult]) -> SmoothingResult:
     """Apply a function on arrays to the current mesh."""
-    given = keyword_arguments(ms, values, "modes", "wavelength", "longest", "shortest", "barycenter_weight")
-    return function(vertices, faces, **given, progress=subrange(progress, 0.0, WRITING))
+    given = keyword_arguments(call.ms, call.values, "modes", "wavelength", "longest", "shortest", "barycenter_weight")
+    return function(vertices, faces, **given, progress=subrange(call.progress, 0.0, WRITING))
 
 
 __all__ = [*FILTERS]

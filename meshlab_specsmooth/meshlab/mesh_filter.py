@@ -15,7 +15,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextvars import ContextVar
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import pymeshlab
 from pymeshlab import PyMeshLabException
@@ -33,7 +33,17 @@ from meshlab_specsmooth.runtime.bars import begin
 from meshlab_specsmooth.runtime.progress import Progress, announce
 
 Filter = Callable[..., Report]
-Implementation = Callable[[pymeshlab.MeshSet, dict[str, Any], Progress | None], tuple[Report, Change]]
+
+
+class Call(NamedTuple):
+    """The arguments of a filter: MeshSet, checked values of all parameters by name, and progress callback or None."""
+
+    ms: pymeshlab.MeshSet
+    values: dict[str, Any]
+    progress: Progress | None
+
+
+Implementation = Callable[[Call], tuple[Report, Change]]
 
 #: Fraction of the time of a call after which the result is written.
 WRITING = 0.65
@@ -105,8 +115,7 @@ def _signature(descriptor: Descriptor) -> inspect.Signature:
 def mesh_filter(implementation: Implementation) -> Filter:
     """Make a filter of a function, and add it to :data:`FILTERS` under its name.
 
-    The function is called with the MeshSet, the values of all parameters by name, and a progress callback or None. It
-    returns the report of the filter, and the change to write.
+    The function returns the report of the filter, and the change to write.
     """
     descriptor = descriptors.load(implementation.__name__)
 
@@ -129,7 +138,7 @@ def mesh_filter(implementation: Implementation) -> Filter:
             # as pymeshlab prints it
             print(f"\nApplying filter {descriptor.function} with the following parameters:\n{values}\n")  # noqa: T201
         try:
-            output, change = implementation(ms, dict(values), progress)
+            output, change = implementation(Call(ms, dict(values), progress))
         except InvalidParameter as error:
             raise RefusedParameter(str(error)) from error
         if progress is not None:
