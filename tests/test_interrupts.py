@@ -225,7 +225,7 @@ class Result:
     pass
 
 
-def without_numbers(ms, vertices, faces, method, values, progress):
+def without_numbers(call, vertices, faces, function):
     result = Result()
     result.vertices = vertices * moves.uniform(0.5, 2) - moves.uniform(-1, 1)
     return result

@@ -371,8 +371,7 @@ def test_a_box_is_taken_by_its_edges():
     assert mss.denoise(*noisy(box(8), 0.2)).summary.startswith("took ")
 
 
-def test_a_report_of_a_large_mesh_keeps_no_surfaces(monkeypatch):
-    monkeypatch.setattr(filters, "_MAX_PICTURED", 100)
-    report = mss.apply_coord_spectral_smoothing(meshset.new(*ROUGH))
+def test_a_report_of_a_large_mesh_keeps_no_surfaces():
+    report = filters.make_report(mss.smooth(*ROUGH), max_pictured=100)
     assert "<img" not in report._repr_html_()
     assert report.summary.startswith("isotropic, barycenter weight")

@@ -221,7 +221,7 @@ def _smooth(call: Call, function: Callable[..., SmoothingResult]) -> tuple[Repor
     require((BYTES_PER_VERTEX + _WRITING_BYTES_PER_VERTEX) * n, f"smoothing {n} vertices of a MeshSet")
     vertices, faces = get_arrays(call.ms)
     result = _apply(call, vertices, faces, function)
-    return _report(result), Change(vertices=reachable_by_morph(vertices, result.vertices))
+    return make_report(result), Change(vertices=reachable_by_morph(vertices, result.vertices))
 
 
 def _smooth_normals(call: Call, function: Callable[..., EdgeAwareResult]) -> tuple[Report, Change]:
@@ -230,13 +230,13 @@ def _smooth_normals(call: Call, function: Callable[..., EdgeAwareResult]) -> tup
     creases = creases_of(call.ms, call.values.pop("creases"), call.values.pop("crease_angle"))
     given = keyword_arguments(call.ms, call.values, "strength", "range_sigma", "iterations", "barycenter_weight")
     result = function(vertices, faces, creases=creases, **given, progress=subrange(call.progress, 0.0, WRITING))
-    return _report(result), Change(vertices=reachable_by_morph(vertices, result.vertices))
+    return make_report(result), Change(vertices=reachable_by_morph(vertices, result.vertices))
 
 
-def _report(result: SmoothingResult | EdgeAwareResult) -> Report:
+def make_report(result: SmoothingResult | EdgeAwareResult, max_pictured: int = _MAX_PICTURED) -> Report:
     """Return all fields except for the surfaces."""
     fields = {name: value for name, value in vars(result).items() if name not in _SURFACES}
-    if len(result.vertices) > _MAX_PICTURED:
+    if len(result.vertices) > max_pictured:
         result = replace(result, vertices=np.empty((0, 3)), given=None, source=None)
     return Report(fields, result)
 
