@@ -40,6 +40,10 @@ GAIN_BOUNDS = (0.0, 2.0**26)
 # Noise level in units of the extent of the mesh: above the upper bound the mesh is lost in rounding
 NOISE_BOUNDS_IN_EXTENTS = (0.0, 1 / _EPSILON)
 
+# Relative error of a displacement: below, it is lost in the rounding of the least squares; above, the result would not
+# be that of the filter
+TOLERANCE_BOUNDS = (1e-10, 0.1)
+
 MAX_ITERATIONS = 1000
 MAX_FACE_ITERATIONS = 100
 BAND_BOUNDS = (2, 4096)

@@ -42,15 +42,26 @@ class Laplacian:
         """(n, 1) diagonal of D."""
         return self.graph.degree
 
-    def step(self, X: Floats, now: Floats, before: Floats, *, factor: float = 2.0, coefficient: float = 0.0) -> None:
-        """``before`` becomes coefficient X + factor (L - I) now - before: Chebyshev's recurrence, in place.
+    def step(
+        self,
+        X: Floats,
+        now: Floats,
+        before: Floats,
+        *,
+        factor: float = 2.0,
+        coefficient: float = 0.0,
+        free: Floats | None = None,
+    ) -> None:
+        """``before`` becomes coefficient X + factor free (L - I) now - before: Chebyshev's recurrence, in place.
 
         Parameters
         ----------
         X, now, before : (n, 3) float64, C order
+        free : (n, 1) float64, optional
+            1 at the vertices that L is restricted to, where X, ``now`` and ``before`` vanish at all others; 0 there.
         """
         work = self.kernels.chebyshev_step
-        blocks.parallel_for(lambda first, last: work(first, last, X, now, before, factor, coefficient), len(X))
+        blocks.parallel_for(lambda first, last: work(first, last, X, now, before, factor, coefficient, free), len(X))
 
     def __matmul__(self, X: Floats) -> Floats:
         """L X for X of shape (n, k): each row minus the weighted mean of its neighbors."""

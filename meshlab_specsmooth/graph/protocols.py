@@ -20,9 +20,17 @@ class VertexKernels(Protocol):
     name: str
 
     def chebyshev_step(
-        self, first: int, last: int, X: Floats, now: Floats, before: Floats, factor: float, coefficient: float
+        self,
+        first: int,
+        last: int,
+        X: Floats,
+        now: Floats,
+        before: Floats,
+        factor: float,
+        coefficient: float,
+        free: Floats | None,
     ) -> None:
-        """``before`` becomes coefficient X - factor P now - before."""
+        """``before`` becomes coefficient X - factor free P now - before."""
 
     def normal_matvec_1(
         self, first: int, last: int, p: Floats, rows: Floats | None, edge_coefficient: float, z: Floats
@@ -44,25 +52,18 @@ class VertexKernels(Protocol):
         q: Floats,
         sums: Floats,
     ) -> None:
-        """Second half: ``q`` becomes free (d y - W y + edge_coefficient A p + gram_diagonal p), ``sums`` p . q."""
+        """Second half: ``q`` becomes free (d y - W y + edge_coefficient A p + gram_diagonal p) / d.
 
-    def update_residual(
-        self, first: int, last: int, alpha: Floats, q: Floats, inverse_diagonal: Floats, r: Floats, sums: Floats
-    ) -> None:
-        """``r`` becomes r - alpha q, and ``sums`` r . r and r . (inverse_diagonal r), in six columns."""
+        ``sums`` becomes p . (D q).
+        """
 
-    def update_direction(
-        self,
-        first: int,
-        last: int,
-        alpha: Floats,
-        beta: Floats,
-        inverse_diagonal: Floats,
-        r: Floats,
-        x: Floats,
-        p: Floats,
+    def update_solution(
+        self, first: int, last: int, alpha: float, p: Floats, q: Floats, x: Floats, r: Floats, sums: Floats
     ) -> None:
-        """``x`` becomes x + alpha p, then ``p`` inverse_diagonal r + beta p."""
+        """``x`` becomes x + alpha p and ``r`` r - alpha q; ``sums`` x . (D x) and r . (D r), in two columns."""
+
+    def update_direction(self, first: int, last: int, beta: float, z: Floats, p: Floats) -> None:
+        """``p`` becomes z + beta p."""
 
     def sum_squared_weights(self, first: int, last: int, v: Floats, sums: Floats) -> None:
         """``sums``, (n, 1), becomes the sums of w_ij^2 v_j over the neighbors j."""

@@ -30,10 +30,18 @@ class NumbaVertexKernels:
         self.size = graph.size
 
     def chebyshev_step(
-        self, first: int, last: int, X: Floats, now: Floats, before: Floats, factor: float, coefficient: float
+        self,
+        first: int,
+        last: int,
+        X: Floats,
+        now: Floats,
+        before: Floats,
+        factor: float,
+        coefficient: float,
+        free: Floats | None,
     ) -> None:
         low, high = self._rows(first, last)
-        _chebyshev_step(low, high, *self.graph, self.degree, X, now, before, factor, coefficient)
+        _chebyshev_step(low, high, *self.graph, self.degree, X, now, before, factor, coefficient, _flat(free))
 
     def normal_matvec_1(
         self, first: int, last: int, p: Floats, rows: Floats | None, edge_coefficient: float, z: Floats
@@ -55,38 +63,18 @@ class NumbaVertexKernels:
     ) -> None:
         for i in range(first, last):
             low, high = self._rows(i, i + 1)
-            _normal_matvec_2(
-                low,
-                high,
-                *self.graph,
-                self.degree,
-                p,
-                z,
-                _flat(free),
-                edge_coefficient,
-                gram_diagonal[:, 0],
-                q,
-                sums[i],
+            sums[i] = _normal_matvec_2(
+                low, high, *self.graph, self.degree, p, z, _flat(free), edge_coefficient, gram_diagonal[:, 0], q
             )
 
-    def update_residual(
-        self, first: int, last: int, alpha: Floats, q: Floats, inverse_diagonal: Floats, r: Floats, sums: Floats
+    def update_solution(
+        self, first: int, last: int, alpha: float, p: Floats, q: Floats, x: Floats, r: Floats, sums: Floats
     ) -> None:
         for i in range(first, last):
-            _update_residual(*self._rows(i, i + 1), alpha, q, inverse_diagonal[:, 0], r, sums[i])
+            sums[i] = _update_solution(*self._rows(i, i + 1), self.degree, alpha, p, q, x, r)
 
-    def update_direction(
-        self,
-        first: int,
-        last: int,
-        alpha: Floats,
-        beta: Floats,
-        inverse_diagonal: Floats,
-        r: Floats,
-        x: Floats,
-        p: Floats,
-    ) -> None:
-        _update_direction(*self._rows(first, last), alpha, beta, inverse_diagonal[:, 0], r, x, p)
+    def update_direction(self, first: int, last: int, beta: float, z: Floats, p: Floats) -> None:
+        _update_direction(*self._rows(first, last), beta, z, p)
 
     def sum_squared_weights(self, first: int, last: int, v: Floats, sums: Floats) -> None:
         _sum_squared_weights(*self._rows(first, last), *self.graph, v[:, 0], sums[:, 0])
@@ -145,10 +133,12 @@ def _sum_neighbors(i, indptr, indices, weights, X):  # type: ignore[no-untyped-d
 
 
 @_compiled
-def _chebyshev_step(low, high, indptr, indices, weights, degree, X, now, before, factor, c):  # type: ignore[no-untyped-def]
+def _chebyshev_step(low, high, indptr, indices, weights, degree, X, now, before, factor, c, free):  # type: ignore[no-untyped-def]
     for i in range(low, high):
         s0, s1, s2 = _sum_neighbors(i, indptr, indices, weights, now)
         f = -factor / _degree(i, indptr, weights, degree)
+        if free is not None:
+            f *= free[i]
         before[i, 0] = f * s0 - before[i, 0] + c * X[i, 0]
         before[i, 1] = f * s1 - before[i, 1] + c * X[i, 1]
         before[i, 2] = f * s2 - before[i, 2] + c * X[i, 2]
@@ -171,8 +161,8 @@ def _normal_matvec_1(low, high, indptr, indices, weights, degree, p, rows, edge,
 
 
 @_compiled
-def _normal_matvec_2(low, high, indptr, indices, weights, degree, p, z, free, edge, gram, q, sums):  # type: ignore[no-untyped-def]
-    d0 = d1 = d2 = 0.0
+def _normal_matvec_2(low, high, indptr, indices, weights, degree, p, z, free, edge, gram, q):  # type: ignore[no-untyped-def]
+    total = 0.0
     for i in range(low, high):
         s0, s1, s2 = _sum_neighbors(i, indptr, indices, weights, z)
         d = _degree(i, indptr, weights, degree)
@@ -192,34 +182,35 @@ def _normal_matvec_2(low, high, indptr, indices, weights, degree, p, z, free, ed
             s0 *= free[i]
             s1 *= free[i]
             s2 *= free[i]
-        q[i, 0] = s0
-        q[i, 1] = s1
-        q[i, 2] = s2
-        d0 += p[i, 0] * s0
-        d1 += p[i, 1] * s1
-        d2 += p[i, 2] * s2
-    sums[0] = d0
-    sums[1] = d1
-    sums[2] = d2
+        q[i, 0] = s0 / d
+        q[i, 1] = s1 / d
+        q[i, 2] = s2 / d
+        total += p[i, 0] * s0 + p[i, 1] * s1 + p[i, 2] * s2
+    return total
 
 
 @_compiled
-def _update_residual(low, high, alpha, q, m, r, sums):  # type: ignore[no-untyped-def]
-    sums[:] = 0.0
+def _update_solution(low, high, degree, alpha, p, q, x, r):  # type: ignore[no-untyped-def]
+    size = rest = 0.0
     for i in range(low, high):
+        xx = rr = 0.0
         for k in range(3):
-            t = r[i, k] - alpha[k] * q[i, k]
+            s = x[i, k] + alpha * p[i, k]
+            t = r[i, k] - alpha * q[i, k]
+            x[i, k] = s
             r[i, k] = t
-            sums[k] += t * t
-            sums[3 + k] += m[i] * t * t
+            xx += s * s
+            rr += t * t
+        size += degree[i] * xx
+        rest += degree[i] * rr
+    return size, rest
 
 
 @_compiled
-def _update_direction(low, high, alpha, beta, m, r, x, p):  # type: ignore[no-untyped-def]
+def _update_direction(low, high, beta, z, p):  # type: ignore[no-untyped-def]
     for i in range(low, high):
         for k in range(3):
-            x[i, k] += alpha[k] * p[i, k]
-            p[i, k] = m[i] * r[i, k] + beta[k] * p[i, k]
+            p[i, k] = z[i, k] + beta * p[i, k]
 
 
 @_compiled

@@ -27,11 +27,21 @@ class ScipyVertexKernels:
         self.squared = None if graph.weights is None else _by_blocks(graph.adjacency(graph.weights**2))
 
     def chebyshev_step(
-        self, first: int, last: int, X: Floats, now: Floats, before: Floats, factor: float, coefficient: float
+        self,
+        first: int,
+        last: int,
+        X: Floats,
+        now: Floats,
+        before: Floats,
+        factor: float,
+        coefficient: float,
+        free: Floats | None,
     ) -> None:
         for i, rows in self._blocks(first, last):
             t = self.walk[i] @ now
             t *= -factor
+            if free is not None:
+                t *= free[rows]
             t -= before[rows]
             if coefficient:
                 t += coefficient * X[rows]
@@ -69,39 +79,23 @@ class ScipyVertexKernels:
             t += gram_diagonal[at] * p[at]
             if free is not None:
                 t *= free[at]
-            q[at] = t
-            t *= p[at]
-            sums[i] = blocks.reduce_rows(np.add, t)
+            q[at] = t / self.degree[at]
+            sums[i] = np.einsum("ij,ij->", t, p[at])
 
-    def update_residual(
-        self, first: int, last: int, alpha: Floats, q: Floats, inverse_diagonal: Floats, r: Floats, sums: Floats
+    def update_solution(
+        self, first: int, last: int, alpha: float, p: Floats, q: Floats, x: Floats, r: Floats, sums: Floats
     ) -> None:
-        alphas = _in_rows(alpha)
         for i, at in self._blocks(first, last):
-            t = r[at]
-            t -= alphas[: len(t)] * q[at]
-            squares = t * t
-            sums[i, :3] = blocks.reduce_rows(np.add, squares)
-            squares *= inverse_diagonal[at]
-            sums[i, 3:] = blocks.reduce_rows(np.add, squares)
+            x[at] += alpha * p[at]
+            r[at] -= alpha * q[at]
+            # not with BLAS, whose sums depend on its number of threads
+            d = self.degree[at, 0]
+            sums[i] = np.einsum("i,ij,ij->", d, x[at], x[at]), np.einsum("i,ij,ij->", d, r[at], r[at])
 
-    def update_direction(
-        self,
-        first: int,
-        last: int,
-        alpha: Floats,
-        beta: Floats,
-        inverse_diagonal: Floats,
-        r: Floats,
-        x: Floats,
-        p: Floats,
-    ) -> None:
-        alphas, betas = _in_rows(alpha), _in_rows(beta)
+    def update_direction(self, first: int, last: int, beta: float, z: Floats, p: Floats) -> None:
         for _, at in self._blocks(first, last):
-            t = p[at]
-            x[at] += alphas[: len(t)] * t
-            t *= betas[: len(t)]
-            t += inverse_diagonal[at] * r[at]
+            p[at] *= beta
+            p[at] += z[at]
 
     def sum_squared_weights(self, first: int, last: int, v: Floats, sums: Floats) -> None:
         for i, at in self._blocks(first, last):
@@ -122,11 +116,6 @@ class ScipyVertexKernels:
 
     def _blocks(self, first: int, last: int) -> list[tuple[int, slice]]:
         return [(i, slice(i * blocks.ROWS, min((i + 1) * blocks.ROWS, len(self.degree)))) for i in range(first, last)]
-
-
-def _in_rows(factors: Floats) -> Floats:
-    """The three factors repeated as the rows of a block: numpy takes four times as long to broadcast a row of three."""
-    return np.tile(factors, (blocks.ROWS, 1))
 
 
 def _by_blocks(M: csr_array) -> list[csr_array]:

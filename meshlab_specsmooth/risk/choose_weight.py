@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import cast
 
 import numpy as np
 
@@ -23,10 +24,11 @@ from meshlab_specsmooth.noise.model import IMPULSE, Noise
 from meshlab_specsmooth.noise.sample import sample
 from meshlab_specsmooth.operators.assemble import Operators, at_positions
 from meshlab_specsmooth.operators.patches import draw_patches, find_interior
-from meshlab_specsmooth.operators.reconstruction import error_gain, reconstruct
+from meshlab_specsmooth.operators.reconstruction import Constraints, error_gain, reconstruct
 from meshlab_specsmooth.risk.impulses import clip_impulses
 from meshlab_specsmooth.risk.sure import compute_risk
 from meshlab_specsmooth.runtime.progress import Progress, announce, subrange
+from meshlab_specsmooth.spectral.chebyshev import ChebyshevSeries
 from meshlab_specsmooth.spectral.design import design
 from meshlab_specsmooth.spectral.response import Family, Response
 
@@ -47,10 +49,9 @@ _STEP, _MAX_STEPS = 2.0, 7
 # Fraction of the time of a choice that the noise takes, and what each weight leaves of the rest.
 _MEASURING, _REMAINING = 0.25, 0.75
 
-# The low-pass is computed for weights down to the first guess over this factor, and to this fraction of the
-# displacement.
-# docs/constants.md: _WEIGHT_RANGE, _TOLERANCE
-_WEIGHT_RANGE, _TOLERANCE = 4.0, 2.5e-3
+# The low-pass is computed to this fraction of the displacement.
+# docs/constants.md: _TOLERANCE
+_TOLERANCE = 2.5e-3
 
 # The error is flat about its minimum, and that of normals still falls with the weight: of all weights whose error is
 # within this fraction of the least, the lowest is taken.
@@ -60,8 +61,7 @@ _RISK_TOLERANCE = 0.02
 # Below this fraction of an edge there is nothing to choose for.
 _MIN_LEVEL = 0.002
 
-# The time of the least squares grows as one over the weight. Beyond this many vertices the weight is not chosen below
-# the first guess, which leaves a fifth to a third of the noise, in a second or two.
+# Beyond this many vertices only the first low-pass is considered: the choice is to take a small part of the time.
 LARGE = 100_000
 
 
@@ -72,22 +72,30 @@ class CandidateLowPass:
     response: Response | Family
     shortest: float | None = None
 
-    def remover(self, ops: Operators, weight: float) -> Callable[[Floats], Floats]:
-        """The operator (h(L) - 1) L, to the accuracy that a reconstruction with ``weight`` or more needs."""
-        if self.shortest is not None and self.shortest > 2 * np.sqrt(ops.L.size):
-            return lambda X: -(ops.L @ X)  # no wave fits on the mesh: only constants are kept
+    def remover(self, ops: Operators, weight: float) -> Callable[[Floats], tuple[Floats, Floats | None]]:
+        """What step 2 removes: (h(L) - 1) L X, and the displacement that has this difference but for the lowest modes.
+
+        To the accuracy that a reconstruction with ``weight`` or more needs.
+        """
+        L = ops.L
+        if self.shortest is not None and self.shortest > 2 * np.sqrt(L.size):
+            # no wave fits on the mesh: only constants are kept
+            return lambda X: (-(L @ X), None)
         filter_ = design(
-            ops.L,
+            L,
             self.response,
             wavelength=self.shortest,
             method="chebyshev",
             tolerance=_TOLERANCE,
             error_gain=lambda eigenvalues: error_gain(eigenvalues, weight),
         ).filter
+        constant, divided = cast("ChebyshevSeries", filter_).divide()
 
-        def remove(X: Floats) -> Floats:
-            delta = ops.L @ X
-            return np.asarray(filter_.apply(ops.L, delta) - delta)
+        def remove(X: Floats) -> tuple[Floats, Floats | None]:
+            delta = L @ X
+            delta[ops.boundary_vertices] = 0.0
+            start = divided.apply(L, delta)
+            return L @ start + (constant - 1) * delta, start
 
         return remove
 
@@ -160,7 +168,6 @@ def choose_weight(
     if progress is not None:
         progress(_MEASURING)
     announce(progress, "choosing")
-    is_large = len(ops.positions) > LARGE
     noise = found.noise
     if noise.is_left_alone:
         return WeightChoice(MAX_WEIGHT, max(noise.level, noise.resolution) ** 2, noise)
@@ -168,13 +175,13 @@ def choose_weight(
         on = at_positions(on, clip_impulses(on))
         counted = find_interior(on)
         found = estimate(on, counted)
-    if is_large:
+    if len(ops.positions) > LARGE:
         candidates = candidates[:1]
     share = (1 - _MEASURING) / len(candidates)
     considered, minima = [], []
     for i, candidate in enumerate(candidates):
         report = subrange(progress, _MEASURING + i * share, share)
-        weight, risk, curve = search_weight(on, counted, found, criterion, candidate, is_large, report)
+        weight, risk, curve = search_weight(on, counted, found, criterion, candidate, report)
         minima.append(ConsideredWeight(weight, i, risk))
         considered += [ConsideredWeight(w, i, r) for w, r in curve]
     best = min(minima, key=lambda each: each.risk)
@@ -187,26 +194,26 @@ def search_weight(
     found: NoiseEstimate,
     criterion: str,
     candidate: CandidateLowPass,
-    is_large: bool = False,
     progress: Progress | None = None,
 ) -> tuple[float, float, list[tuple[float, float]]]:
-    """Weight and risk at the minimum for one low-pass, and all that were evaluated; ``is_large``: of the whole mesh."""
+    """Weight and risk at the minimum for one low-pass, and all that were evaluated."""
     noise, n = found.noise, found.normals
     if noise.level <= _MIN_LEVEL * ops.mean_edge:
         return initial_weight(0.0), noise.level**2, []
     factor = LEVEL_FACTORS[criterion]
     z = sample(ops.L, n, noise, _SEED) * factor
     guess = initial_weight(noise.level / ops.mean_edge)
-    lowest = max(guess / _WEIGHT_RANGE, MIN_WEIGHT)
-    min_weight = max(guess / factor, lowest) if is_large else MIN_WEIGHT
-    remove = candidate.remover(ops, lowest)
+    remove = candidate.remover(ops, MIN_WEIGHT)
+    constraints = _hold_boundary(ops)
     from_shape, from_noise = remove(ops.positions), remove(z)
     curve: list[tuple[float, float]] = []
 
     def risk(log_weight: float) -> float:
         weight = float(np.exp(log_weight))
-        shape = reconstruct(ops.L, ops.gram, ops.positions, weight, from_shape, GUIDE_RTOL)
-        filtered = reconstruct(ops.L, ops.gram, z, weight, from_noise, GUIDE_RTOL)
+        shape, filtered = (
+            reconstruct(ops.L, ops.gram, X, weight, change, GUIDE_RTOL, start, constraints)
+            for X, (change, start) in ((ops.positions, from_shape), (z, from_noise))
+        )
         moved = ((shape - ops.positions) * n).sum(axis=1)[counted]
         value, _ = compute_risk(moved, z[counted], filtered[counted])
         curve.append((weight, value))
@@ -215,8 +222,17 @@ def search_weight(
         return value
 
     tolerance = _RISK_TOLERANCE if criterion == "position" else 0.0
-    log_weight, least = _minimize(risk, float(np.log(guess)), tolerance, min_weight)
-    return float(np.clip(np.exp(log_weight), min_weight, MAX_WEIGHT)), least, curve
+    log_weight, least = _minimize(risk, float(np.log(guess)), tolerance, MIN_WEIGHT)
+    return float(np.clip(np.exp(log_weight), MIN_WEIGHT, MAX_WEIGHT)), least, curve
+
+
+def _hold_boundary(ops: Operators) -> Constraints | None:
+    """The boundary is held: that of patches would be pulled inward, and what is smoothed next to it."""
+    if len(ops.boundary_vertices) == 0:
+        return None
+    free = np.ones((ops.L.size, 1))
+    free[ops.boundary_vertices] = 0.0
+    return Constraints(free, free, np.zeros((ops.L.size, 3)))
 
 
 def _minimize(risk: Callable[[float], float], start: float, tolerance: float, lowest: float) -> tuple[float, float]:

@@ -17,7 +17,7 @@ from meshlab_specsmooth.noise.model import Noise
 from meshlab_specsmooth.operators.assemble import Operators, scale_by_power
 from meshlab_specsmooth.operators.barycenters import Gram, weighted_gram_of_barycenters
 from meshlab_specsmooth.operators.boundary import BoundaryCurve, blend
-from meshlab_specsmooth.operators.reconstruction import TOLERANCE, Constraints, Solution, error_gain, solve, tolerance
+from meshlab_specsmooth.operators.reconstruction import Constraints, Solution, error_gain, solve
 from meshlab_specsmooth.parameters import check_count, check_progress, show
 from meshlab_specsmooth.runtime import blocks
 from meshlab_specsmooth.runtime.progress import Progress, announce, finish, subrange
@@ -32,9 +32,10 @@ from meshlab_specsmooth.smoothing.region import (
 from meshlab_specsmooth.smoothing.result import SmoothingResult, add_warnings, join_warnings
 from meshlab_specsmooth.smoothing.settings import EVERYWHERE, Enhancement, LowPass, Region, Setting, Smoothing
 from meshlab_specsmooth.spectral import SpectralFilter
+from meshlab_specsmooth.spectral.chebyshev import ChebyshevSeries
 from meshlab_specsmooth.spectral.cutoff import wavelength_in_edges
 from meshlab_specsmooth.spectral.design import Design, design, design_band, is_exact
-from meshlab_specsmooth.spectral.low_pass import Ideal, LowPassLike
+from meshlab_specsmooth.spectral.low_pass import Heat, Ideal, LowPassLike
 from meshlab_specsmooth.spectral.response import Response
 
 # The default cut-off: waves of 20 edges are shape on any mesh that resolves its shape at all, and noise has waves of a
@@ -50,10 +51,8 @@ _MAX_EXPONENT = 1022
 # Warn if the cut-off keeps more than this fraction of the modes.
 _MAX_KEPT_FRACTION = 0.9
 
-# Maximum error of the polynomial in the displacement of any mode, relative to its differential coordinates, which are
-# as large as the displacement; for a plain low-pass relative to positions, which are up to a thousand times larger.
-# docs/constants.md: DISPLACEMENT_TOLERANCE
-DISPLACEMENT_TOLERANCE = 2.5e-3
+# Maximum error of the polynomial of a plain low-pass relative to positions, which are up to a thousand times larger than
+# displacements.
 POSITION_TOLERANCE = 1e-7
 
 # Waves shorter or longer than this act like these, and their powers would overflow.
@@ -102,7 +101,7 @@ def smooth_by_setting(
     kept = 0.0 if region.features is None else region.feature_gain * spread_weights(ops, "features", region.features)
     active = resolve_region(ops, region, 1.0 - kept)
     guess = None if start is None else check_start(ops, start)
-    low_pass = setting.low_pass or Ideal()
+    low_pass = setting.low_pass or Heat()
     if len(ops.active) == 0:
         return leave_empty(ops, setting, low_pass, began)
     held = _hold_barycenters(ops, weight)
@@ -117,7 +116,7 @@ def smooth_by_setting(
             _stretch(low_pass, scale**2) if isinstance(low_pass, Response) else low_pass.family,
             wavelength=None if is_response else scale * longest,
             method=setting.method,
-            tolerance=DISPLACEMENT_TOLERANCE,
+            tolerance=setting.tolerance,
             error_gain=partial(error_gain, weight=held.lowest / np.sqrt(2)),
         )
 
@@ -159,7 +158,7 @@ def enhance_by_setting(
             scale * longest,
             scale * shortest,
             method=setting.method,
-            tolerance=DISPLACEMENT_TOLERANCE,
+            tolerance=setting.tolerance,
             error_gain=partial(error_gain, weight=weight),
         )
 
@@ -214,9 +213,11 @@ def _run(
         delta = ops.L.product(V, work.borrow(V))
         if region.is_constrained:
             delta *= region.rows
-        change = _filter_coordinates(setting, across.filter, ops.L, delta, step_2, work)
+        change, start = _filter_coordinates(setting, across.filter, ops.L, delta, step_2, work)
         if region.is_partial:
             change *= region.change
+            if start is not None:
+                start *= region.change
         constraints = None
         if region.is_constrained:
             prescribed = np.zeros_like(V)
@@ -225,7 +226,6 @@ def _run(
                     ops, setting, ops.boundary, V, across, along, region, held.lowest
                 )
             constraints = Constraints(region.free, region.rows, prescribed)
-        work.give_back(delta)
         solution = solve(
             ops.L,
             held.gram,
@@ -233,11 +233,13 @@ def _run(
             change,
             step_3,
             constraints,
-            None if number else guess,
-            TOLERANCE if held.factor == held.lowest else tolerance(held.lowest),
+            start if number or guess is None else guess,
+            setting.tolerance,
             work,
             overwrite_change=True,
         )
+        if start is not None:
+            work.give_back(start)
         solutions.append(solution)
         displacement = displacement + solution.displacement if number else solution.displacement
     result = make_result(ops, displacement, across, held.given, solutions, setting, began)
@@ -253,14 +255,26 @@ def _filter_coordinates(
     delta: Floats,
     progress: Progress | None = None,
     workspace: Workspace | None = None,
-) -> Floats:
-    """Step 2: delta' - delta, for differential coordinates of the surface or of its boundary."""
-    change = filter_.apply(L, delta, progress, workspace)
-    if isinstance(setting, Enhancement):
-        change *= setting.gain - 1
-    else:
-        change -= delta
-    return change
+) -> tuple[Floats, Floats | None]:
+    """Step 2: delta' - delta, for differential coordinates of the surface or of its boundary, which are overwritten.
+
+    And, of a polynomial, the displacement that has this difference but for the lowest modes: step 3 starts from it.
+    """
+    gain, kept = (setting.gain - 1, 0.0) if isinstance(setting, Enhancement) else (1.0, 1.0)
+    if not isinstance(filter_, ChebyshevSeries):
+        change = filter_.apply(L, delta, progress, workspace)
+        change *= gain
+        change -= kept * delta
+        return change, None
+    # p(L) delta = p(0) delta + L g(L) delta
+    constant, divided = filter_.divide()
+    start = divided.apply(L, delta, progress, workspace)
+    if gain != 1:
+        start *= gain
+    # delta becomes L start + (gain p(0) - kept) delta
+    blocks.parallel_rows(lambda at: np.multiply(delta[at], kept - gain * constant, out=delta[at]), len(delta))
+    L.step(start, start, delta, factor=1.0, coefficient=1.0)
+    return delta, start
 
 
 def _smooth_boundary(
@@ -275,13 +289,16 @@ def _smooth_boundary(
 ) -> Floats:
     """(b, 3) displacement of the boundary by the same three steps along its curve."""
     at = curve.vertices
-    change = region.change[at] * _filter_coordinates(setting, along.filter, curve.L, curve.L @ V[at])
+    change, start = _filter_coordinates(setting, along.filter, curve.L, curve.L @ V[at])
+    change *= region.change[at]
     # A closed curve is the wave that goes around it once. Where that is cut off, with a margin for the softened step,
     # the hole would close.
     wavelength = wavelength_in_edges(across.cutoff.eigenvalue) * ops.mean_edge
     free = region.inside[at] * (curve.length > 1.25 * wavelength).astype(np.float64)
     constraints = Constraints(free, np.ones((len(at), 1)), np.zeros_like(change))
-    return solve(curve.L, curve.gram, weight, change, None, constraints).displacement
+    return solve(
+        curve.L, curve.gram, weight, change, None, constraints, start, setting.tolerance
+    ).displacement
 
 
 def _design_along_boundary(ops: Operators, region: Region, make: Callable[[Laplacian, float], Design]) -> Design | None:
@@ -328,7 +345,7 @@ def design_low_pass(
         wavelength=wavelength,
         method=setting.method,
         mode_count=setting.mode_count,
-        tolerance=POSITION_TOLERANCE if weight is None else DISPLACEMENT_TOLERANCE,
+        tolerance=setting.tolerance if isinstance(setting, Smoothing) else POSITION_TOLERANCE,
         error_gain=None if weight is None else partial(error_gain, weight=weight),
         mode_density=ops.mode_density,
         progress=progress,
@@ -422,6 +439,7 @@ def make_result(
         response_error=low_pass.filter.error,
         cg_iterations=tuple(solution.iterations for solution in solutions),
         residual=max((solution.residual for solution in solutions), default=0.0),
+        displacement_error=max((solution.error for solution in solutions), default=0.0),
         displacement=rms,
         kernels=ops.L.kernels.name,
         seconds=time.perf_counter() - began,

@@ -108,7 +108,10 @@ class SmoothingResult(FilterResult):
     cg_iterations : tuple of int
         Of the conjugate gradients, for each iteration.
     residual : float
-        Largest relative residual of the normal equations of the least squares.
+        Largest relative residual of the normal equations of the least squares, computed from the solution.
+    displacement_error : float
+        Estimated error of the displacement due to ending the least squares early, relative to it; at most the
+        ``tolerance``.
     setting : Setting or None
         The setting that was used, with a chosen weight and low-pass filled in; it reproduces the filter without the
         steps around an automatic choice.
@@ -134,6 +137,7 @@ class SmoothingResult(FilterResult):
     response_error: float = 0.0
     cg_iterations: tuple[int, ...] = ()
     residual: float = 0.0
+    displacement_error: float = 0.0
     setting: Setting | None = None
     noise: Noise | None = None
     estimated_error: float | None = None

@@ -15,6 +15,7 @@ from scipy.fft import dct
 from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.graph.laplacian import Laplacian, by_column_blocks
+from meshlab_specsmooth.runtime import blocks
 from meshlab_specsmooth.runtime.progress import Progress
 from meshlab_specsmooth.runtime.workspace import Workspace
 from meshlab_specsmooth.spectral.response import Response
@@ -70,25 +71,52 @@ class ChebyshevSeries:
             Work arrays of shape (n, 3).
         """
         work = Workspace() if workspace is None else workspace
-        return by_column_blocks(lambda block: self._apply(L, block, progress, work), X)
+        return by_column_blocks(lambda block: evaluate_series(self.coefficients, L, block, work, progress), X)
 
-    def _apply(self, L: Laplacian, X: Floats, progress: Progress | None, workspace: Workspace) -> Floats:
-        """Clenshaw's recurrence, from the highest term down: it needs two blocks besides X and no separate sum."""
-        c = self.coefficients
-        now = workspace.borrow(X)
-        np.multiply(c[-1], X, out=now)
-        before = workspace.borrow(X)
-        before.fill(0.0)
-        for k in range(self.degree - 1, 0, -1):
-            L.step(X, now, before, coefficient=c[k])
-            now, before = before, now
-            if progress is not None:
-                progress(1 - k / self.degree)
-        if self.degree > 0:
-            L.step(X, now, before, factor=1.0, coefficient=c[0])
-            now, before = before, now
-        workspace.give_back(before)
+    def divide(self) -> tuple[float, ChebyshevSeries]:
+        """p(0) and the series g of p(lambda) = p(0) + lambda g(lambda)."""
+        divided = _divide_by_lambda(self.coefficients) if self.degree > 0 else np.zeros(1)
+        return float(self(np.zeros(1))[0]), ChebyshevSeries(divided, self.error)
+
+
+def evaluate_series(
+    coefficients: Floats,
+    L: Laplacian,
+    X: Floats,
+    workspace: Workspace,
+    progress: Progress | None = None,
+    free: Floats | None = None,
+) -> Floats:
+    """sum_k c_k T_k(L - 1) X by Clenshaw's recurrence, from the highest term down.
+
+    It needs two blocks besides X and no separate sum.
+
+    Parameters
+    ----------
+    coefficients : (k,) float64
+    L : Laplacian
+    X : (n, 3) float64, C order
+    workspace : Workspace
+        The result and a work array are borrowed from it.
+    progress : callable, optional
+    free : (n, 1) float64, optional
+        1 at the vertices that L is restricted to, 0 at all others, where X vanishes.
+    """
+    c = coefficients
+    now = workspace.borrow(X)
+    blocks.parallel_rows(lambda at: np.multiply(X[at], c[-1], out=now[at]), len(X))
+    degree = len(c) - 1
+    if degree == 0:
         return now
+    before = workspace.borrow(X)
+    blocks.parallel_rows(lambda at: before[at].fill(0.0), len(X))
+    for k in range(degree - 1, -1, -1):
+        L.step(X, now, before, factor=2.0 if k else 1.0, coefficient=c[k], free=free)
+        now, before = before, now
+        if progress is not None:
+            progress(1 - k / degree)
+    workspace.give_back(before)
+    return now
 
 
 def approximate(response: Response, tolerance: float, error_gain: ErrorGain | None = None) -> ChebyshevSeries:
