@@ -107,21 +107,22 @@ def outcomes(graph, make, n):
     X, now, before, r, x, p = rng.standard_normal((6, n, 3))
     rows, free = (rng.random((2, n, 1)) > 0.2).astype(float)
     m, gram = rng.random((2, n, 1)) + 0.5
-    alpha, beta = rng.random((2, 3))
-    work, count, squares = make(graph), blocks.count(n), np.empty((n, 1))
-    z, q, sums, six, lengths, inner = np.empty((n, 3)), np.empty((n, 3)), *(np.empty((count, k)) for k in (3, 6, 1, 2))
-    work.chebyshev_step(0, count, X, now, before, 2.0, 0.3)
+    work, count, squares, restricted = make(graph), blocks.count(n), np.empty((n, 1)), before.copy()
+    z, q, sums, lengths = np.empty((n, 3)), np.empty((n, 3)), np.empty(count), np.empty((count, 1))
+    both, inner = np.empty((2, count, 2))
+    work.chebyshev_step(0, count, X, now, before, 2.0, 0.3, None)
+    work.chebyshev_step(0, count, X, now, restricted, 2.0, 0.3, free)
     work.normal_matvec_1(0, count, p, rows, 0.2, z)
     work.normal_matvec_2(0, count, p, z, free, 0.2, gram, q, sums)
-    everywhere = *(np.empty((n, 3)) for _ in range(2)), np.empty((count, 3))  # without rows or free
+    everywhere = *(np.empty((n, 3)) for _ in range(2)), np.empty(count)  # without rows or free
     work.normal_matvec_1(0, count, p, None, 0.2, everywhere[0])
     work.normal_matvec_2(0, count, p, everywhere[0], None, 0.2, gram, *everywhere[1:])
-    work.update_residual(0, count, alpha, q, m, r, six)
-    work.update_direction(0, count, alpha, beta, m, r, x, p)
+    work.update_solution(0, count, 0.7, p, q, x, r, both)
+    work.update_direction(0, count, 0.4, r, p)
     work.edge_lengths(0, count, X, lengths)
     work.inner_products(0, count, X, now, inner)
     work.sum_squared_weights(0, count, m, squares)
-    return before, q, sums, *everywhere, r, six, x, p, lengths, inner, squares
+    return before, restricted, q, sums, *everywhere, r, both, x, p, lengths, inner, squares
 
 
 @pytest.mark.parametrize("kind", ["uniform", "cotangent"])
@@ -142,6 +143,10 @@ def test_a_step_is_one_of_chebyshevs_recurrence(make):
     L.step(X, now, before, coefficient=0.3)
     assert before == pytest.approx(expected)
     assert L @ X[:, :2] == pytest.approx(X[:, :2] - walk @ X[:, :2])
+    free = (np.arange(graph.size) % 3 > 0).astype(float)[:, None]
+    before = np.zeros_like(X)
+    L.step(free * X, free * now, before, coefficient=0.3, free=free)
+    assert before == pytest.approx(free * (0.3 * X - 2 * walk @ (free * now)))
 
 
 @pytest.mark.parametrize("make", BOTH)
@@ -207,7 +212,7 @@ def test_errors_inside_of_compiled_modules_are_errors(monkeypatch):
 def test_compiled_code_is_cached_on_disk():
     graph = graph_of(TETRAHEDRON)
     outcomes(graph, NumbaVertexKernels, graph.size)
-    kernels = ("chebyshev_step", "normal_matvec_1", "normal_matvec_2", "update_residual", "update_direction")
+    kernels = ("chebyshev_step", "normal_matvec_1", "normal_matvec_2", "update_solution", "update_direction")
     for kernel in (getattr(vertex_kernels_numba, f"_{name}") for name in kernels):
         assert kernel.stats.cache_path
         assert kernel.stats.cache_hits or kernel.stats.cache_misses

@@ -12,6 +12,7 @@ import numpy as np
 
 from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.graph.adjacency import Graph
+from meshlab_specsmooth.graph.row_sums_numba import UNROLLED, sum_first_rows
 from meshlab_specsmooth.runtime import backend, blocks
 
 # sums may be reordered and contracted to fused multiply-adds; NaN and infinity keep their meaning
@@ -107,14 +108,8 @@ def _sum_neighbors(i, indptr, indices, weights, X):  # type: ignore[no-untyped-d
     k, end = indptr[i], indptr[i + 1]
     s0 = s1 = s2 = 0.0
     if weights is None:
-        # Nearly every vertex has at least four neighbors. Unrolling these avoids a mispredicted branch and lets the
-        # sums proceed independently, which takes a quarter off the time.
-        if end - k >= 4:
-            a, b, c, d = indices[k], indices[k + 1], indices[k + 2], indices[k + 3]
-            s0 = (X[a, 0] + X[b, 0]) + (X[c, 0] + X[d, 0])
-            s1 = (X[a, 1] + X[b, 1]) + (X[c, 1] + X[d, 1])
-            s2 = (X[a, 2] + X[b, 2]) + (X[c, 2] + X[d, 2])
-            k += np.uint32(4)
+        s0, s1, s2 = sum_first_rows(k, end - k, indices, X)
+        k += np.uint32(UNROLLED)
         while k < end:
             j = indices[k]
             s0 += X[j, 0]

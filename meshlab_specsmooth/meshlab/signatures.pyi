@@ -143,6 +143,7 @@ def apply_coord_spectral_enhancement(
     barycenter_weight: float = 0.1,
     laplacian: Literal["uniform", "cotangent"] = "uniform",
     method: Literal["auto", "exact", "chebyshev"] = "auto",
+    tolerance: float = 0.003,
     boundary: Literal["free", "fixed", "curve"] = "fixed",
     selected: bool = ...,
     features: Literal["none", "vertex_selection", "face_selection", "vertex_quality"] = "none",
@@ -175,6 +176,9 @@ def apply_coord_spectral_enhancement(
     method : auto | exact | chebyshev, default auto
         Method to apply the transfer function: exact computes eigenvectors; chebyshev needs none and is suitable
         for meshes of any size. auto is exact up to 1000 vertices.
+    tolerance : float in [1e-10, 0.1], default 0.003
+        Relative error of the displacement at which the computation ends. The default does not show; a smaller
+        value is for comparisons with a direct solution.
     boundary : free | fixed | curve, default fixed
         Boundary of an open surface: free treats it like the interior, which draws it inward (the paper); fixed
         leaves it unchanged; curve treats it as a curve, for scans with a noisy boundary, and leaves holes
@@ -249,6 +253,7 @@ def apply_coord_spectral_smoothing(
     laplacian: Literal["uniform", "cotangent"] = "uniform",
     method: Literal["auto", "exact", "chebyshev"] = "auto",
     mode_count: Literal["estimate", "exact"] = "estimate",
+    tolerance: float = 0.003,
     boundary: Literal["free", "fixed", "curve", "auto"] = "auto",
     selected: bool = ...,
     features: Literal["none", "vertex_selection", "face_selection", "vertex_quality"] = "none",
@@ -272,8 +277,8 @@ def apply_coord_spectral_smoothing(
         mean edge lengths.
     response : auto | ideal | butterworth | gaussian | heat, default auto
         Response of the low-pass. ideal (the paper) is 1 below the cut-off and 0 above; the others fall smoothly
-        and are 0.5 at the cut-off. auto is ideal; if neither cut-off nor weight is given, it is heat or ideal,
-        whichever has the smaller estimated error.
+        and are 0.5 at the cut-off. auto is ideal if a cut-off is given; otherwise heat, or, where the weight is
+        chosen on a mesh of at most 100000 vertices, heat or ideal, whichever has the smaller estimated error.
     barycenter_weight : float in [0, 1000], default 0.0
         Weight of the barycenter constraints, which determines the strength of the filter: 1 (the paper) smooths
         gently, 0.3 suits noise of 0.2 edge lengths, smaller values smooth more. 0: the weight of least
@@ -292,6 +297,9 @@ def apply_coord_spectral_smoothing(
     mode_count : estimate | exact, default estimate
         Method to convert a number of modes to a cut-off: estimate uses the density of modes, with an error of
         about 2 % from 200 modes on; exact uses a few sparse factorizations. Always exact up to 1000 vertices.
+    tolerance : float in [1e-10, 0.1], default 0.003
+        Relative error of the displacement at which the computation ends. The default does not show; a smaller
+        value is for comparisons with a direct solution.
     boundary : free | fixed | curve | auto, default auto
         Boundary of an open surface: free treats it like the interior, which draws it inward (the paper); fixed
         leaves it unchanged; curve smooths it as a curve, for scans with a noisy boundary, and leaves holes
@@ -323,6 +331,7 @@ def compute_scalar_by_spectral_displacement(
     laplacian: Literal["uniform", "cotangent"] = "uniform",
     method: Literal["auto", "exact", "chebyshev"] = "auto",
     mode_count: Literal["estimate", "exact"] = "estimate",
+    tolerance: float = 0.003,
     boundary: Literal["free", "fixed", "curve", "auto"] = "auto",
     weld: bool = True,
     progress: Callable[[float], object] | None = None,
@@ -343,8 +352,8 @@ def compute_scalar_by_spectral_displacement(
         mean edge lengths.
     response : auto | ideal | butterworth | gaussian | heat, default auto
         Response of the low-pass. ideal (the paper) is 1 below the cut-off and 0 above; the others fall smoothly
-        and are 0.5 at the cut-off. auto is ideal; if neither cut-off nor weight is given, it is heat or ideal,
-        whichever has the smaller estimated error.
+        and are 0.5 at the cut-off. auto is ideal if a cut-off is given; otherwise heat, or, where the weight is
+        chosen on a mesh of at most 100000 vertices, heat or ideal, whichever has the smaller estimated error.
     barycenter_weight : float in [0, 1000], default 0.0
         Weight of the barycenter constraints, which determines the strength of the filter: 1 (the paper) smooths
         gently, 0.3 suits noise of 0.2 edge lengths, smaller values smooth more. 0: the weight of least
@@ -363,6 +372,9 @@ def compute_scalar_by_spectral_displacement(
     mode_count : estimate | exact, default estimate
         Method to convert a number of modes to a cut-off: estimate uses the density of modes, with an error of
         about 2 % from 200 modes on; exact uses a few sparse factorizations. Always exact up to 1000 vertices.
+    tolerance : float in [1e-10, 0.1], default 0.003
+        Relative error of the displacement at which the computation ends. The default does not show; a smaller
+        value is for comparisons with a direct solution.
     boundary : free | fixed | curve | auto, default auto
         Boundary of an open surface: free treats it like the interior, which draws it inward (the paper); fixed
         leaves it unchanged; curve smooths it as a curve, for scans with a noisy boundary, and leaves holes
@@ -526,6 +538,7 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
         barycenter_weight: float = 0.1,
         laplacian: Literal["uniform", "cotangent"] = "uniform",
         method: Literal["auto", "exact", "chebyshev"] = "auto",
+        tolerance: float = 0.003,
         boundary: Literal["free", "fixed", "curve"] = "fixed",
         selected: bool = ...,
         features: Literal["none", "vertex_selection", "face_selection", "vertex_quality"] = "none",
@@ -558,6 +571,9 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
         method : auto | exact | chebyshev, default auto
             Method to apply the transfer function: exact computes eigenvectors; chebyshev needs none and is suitable
             for meshes of any size. auto is exact up to 1000 vertices.
+        tolerance : float in [1e-10, 0.1], default 0.003
+            Relative error of the displacement at which the computation ends. The default does not show; a smaller
+            value is for comparisons with a direct solution.
         boundary : free | fixed | curve, default fixed
             Boundary of an open surface: free treats it like the interior, which draws it inward (the paper); fixed
             leaves it unchanged; curve treats it as a curve, for scans with a noisy boundary, and leaves holes
@@ -632,6 +648,7 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
         laplacian: Literal["uniform", "cotangent"] = "uniform",
         method: Literal["auto", "exact", "chebyshev"] = "auto",
         mode_count: Literal["estimate", "exact"] = "estimate",
+        tolerance: float = 0.003,
         boundary: Literal["free", "fixed", "curve", "auto"] = "auto",
         selected: bool = ...,
         features: Literal["none", "vertex_selection", "face_selection", "vertex_quality"] = "none",
@@ -655,8 +672,8 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
             mean edge lengths.
         response : auto | ideal | butterworth | gaussian | heat, default auto
             Response of the low-pass. ideal (the paper) is 1 below the cut-off and 0 above; the others fall smoothly
-            and are 0.5 at the cut-off. auto is ideal; if neither cut-off nor weight is given, it is heat or ideal,
-            whichever has the smaller estimated error.
+            and are 0.5 at the cut-off. auto is ideal if a cut-off is given; otherwise heat, or, where the weight is
+            chosen on a mesh of at most 100000 vertices, heat or ideal, whichever has the smaller estimated error.
         barycenter_weight : float in [0, 1000], default 0.0
             Weight of the barycenter constraints, which determines the strength of the filter: 1 (the paper) smooths
             gently, 0.3 suits noise of 0.2 edge lengths, smaller values smooth more. 0: the weight of least
@@ -675,6 +692,9 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
         mode_count : estimate | exact, default estimate
             Method to convert a number of modes to a cut-off: estimate uses the density of modes, with an error of
             about 2 % from 200 modes on; exact uses a few sparse factorizations. Always exact up to 1000 vertices.
+        tolerance : float in [1e-10, 0.1], default 0.003
+            Relative error of the displacement at which the computation ends. The default does not show; a smaller
+            value is for comparisons with a direct solution.
         boundary : free | fixed | curve | auto, default auto
             Boundary of an open surface: free treats it like the interior, which draws it inward (the paper); fixed
             leaves it unchanged; curve smooths it as a curve, for scans with a noisy boundary, and leaves holes
@@ -706,6 +726,7 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
         laplacian: Literal["uniform", "cotangent"] = "uniform",
         method: Literal["auto", "exact", "chebyshev"] = "auto",
         mode_count: Literal["estimate", "exact"] = "estimate",
+        tolerance: float = 0.003,
         boundary: Literal["free", "fixed", "curve", "auto"] = "auto",
         weld: bool = True,
         progress: Callable[[float], object] | None = None,
@@ -726,8 +747,8 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
             mean edge lengths.
         response : auto | ideal | butterworth | gaussian | heat, default auto
             Response of the low-pass. ideal (the paper) is 1 below the cut-off and 0 above; the others fall smoothly
-            and are 0.5 at the cut-off. auto is ideal; if neither cut-off nor weight is given, it is heat or ideal,
-            whichever has the smaller estimated error.
+            and are 0.5 at the cut-off. auto is ideal if a cut-off is given; otherwise heat, or, where the weight is
+            chosen on a mesh of at most 100000 vertices, heat or ideal, whichever has the smaller estimated error.
         barycenter_weight : float in [0, 1000], default 0.0
             Weight of the barycenter constraints, which determines the strength of the filter: 1 (the paper) smooths
             gently, 0.3 suits noise of 0.2 edge lengths, smaller values smooth more. 0: the weight of least
@@ -746,6 +767,9 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
         mode_count : estimate | exact, default estimate
             Method to convert a number of modes to a cut-off: estimate uses the density of modes, with an error of
             about 2 % from 200 modes on; exact uses a few sparse factorizations. Always exact up to 1000 vertices.
+        tolerance : float in [1e-10, 0.1], default 0.003
+            Relative error of the displacement at which the computation ends. The default does not show; a smaller
+            value is for comparisons with a direct solution.
         boundary : free | fixed | curve | auto, default auto
             Boundary of an open surface: free treats it like the interior, which draws it inward (the paper); fixed
             leaves it unchanged; curve smooths it as a curve, for scans with a noisy boundary, and leaves holes

@@ -30,10 +30,14 @@ from meshlab_specsmooth.spectral.chebyshev import evaluate_series
 # docs/constants.md: _MAX_RESIDUAL
 _MAX_RESIDUAL = 0.3
 
-# Factor by which an iteration reduces the error at least, on meshes of ordinary valences. Where the last iterations
-# reduced it less, theirs counts.
-# docs/constants.md: _CONTRACTION
-_CONTRACTION = 0.2
+# Factor by which an iteration reduces the error, at least: the relative spread of 1 / d over the vertices, within these
+# bounds. Where the last iteration reduced it less, that counts.
+# docs/constants.md: _CONTRACTIONS
+_CONTRACTIONS = (0.2, 0.7)
+
+# Where iterations reduce the error that fast, it is below this many times the residual over the weight.
+# docs/constants.md: _MAX_RESIDUAL_OVER_WEIGHT
+_MAX_RESIDUAL_OVER_WEIGHT = 4.0
 
 # From this weight on the diagonal is as good a preconditioner. Below the other one the polynomial is that of this
 # weight, so that it stays short.
@@ -59,15 +63,18 @@ class Diagonal:
     inverse: Floats
     weight: float
 
-    def apply(self, r: Floats, z: Floats, workspace: Workspace) -> None:
-        """Write the approximate solution of D^-1 A z = r, which vanishes where a vertex is held."""
-        del workspace
-        blocks.multiply(r, self.inverse, z)
+    def apply(self, r: Floats, workspace: Workspace) -> Floats:
+        """The approximate solution z of D^-1 A z = r; r vanishes where a vertex is held, and so does z."""
+        return blocks.multiply(r, self.inverse, workspace.borrow(r))
 
     def estimate_error(self, step: float, contraction: float, residual: float) -> float:
-        """Relative error of the displacement: the lowest eigenvalue of A decreases as w^2."""
+        """Relative error of the displacement.
+
+        The lowest eigenvalue of A decreases as w^2; above w = 1 the shortest waves, which barycenters do not see, are
+        held less and less firmly relative to the others.
+        """
         del step, contraction
-        return residual / min(1.0, self.weight**2)
+        return residual / min(self.weight**2, 1 / self.weight)
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,6 +86,10 @@ class Polynomials:
     L : Laplacian
     free : (n, 1) float64 or None
         1 where a vertex may move, 0 where it is held.
+    weight : float
+        The lowest w.
+    contraction : float
+        Factor by which an iteration reduces the error at least.
     series : tuple of (k,) float64
         Chebyshev coefficients of each polynomial.
     shares : tuple of (n, 1) float64
@@ -87,35 +98,35 @@ class Polynomials:
 
     L: Laplacian
     free: Floats | None
+    weight: float
+    contraction: float
     series: tuple[Floats, ...]
     shares: tuple[Floats, ...] = ()
 
-    def apply(self, r: Floats, z: Floats, workspace: Workspace) -> None:
-        """Write the approximate solution of D^-1 A z = r, which vanishes where a vertex is held."""
+    def apply(self, r: Floats, workspace: Workspace) -> Floats:
+        """The approximate solution z of D^-1 A z = r; r vanishes where a vertex is held, and so does z."""
         if not self.shares:
-            found = evaluate_series(self.series[0], self.L, r, workspace, free=self.free)
-            blocks.parallel_rows(lambda at: np.copyto(z[at], found[at]), len(z))
-            workspace.give_back(found)
-            return
-        part = workspace.borrow(r)
+            return evaluate_series(self.series[0], self.L, r, workspace, free=self.free)
+        part, z = workspace.borrow(r), workspace.borrow(r)
         z.fill(0.0)
         for series, share in zip(self.series, self.shares, strict=True):
             blocks.multiply(r, share, part)
             found = evaluate_series(series, self.L, part, workspace, free=self.free)
-            blocks.multiply(found, share, found)
-            blocks.parallel_rows(lambda at, found=found: np.add(z[at], found[at], out=z[at]), len(z))
+            z += blocks.multiply(found, share, found)
             workspace.give_back(found)
         workspace.give_back(part)
+        return z
 
     def estimate_error(self, step: float, contraction: float, residual: float) -> float:
-        """Relative error of the displacement: ``step``, which was close to the error before it, times a contraction."""
-        del residual
-        return step * max(contraction, _CONTRACTION)
+        """Relative error of the displacement: ``step``, which was close to the error before it, times a contraction.
+
+        At vertices where the polynomial is far from an inverse (of a hundred neighbors, or without an equation of their
+        own) steps are too short to show the error, but the residual is large.
+        """
+        return max(step * max(contraction, self.contraction), residual / (_MAX_RESIDUAL_OVER_WEIGHT * self.weight))
 
 
-def precondition(
-    L: Laplacian, gram_diagonal: Floats, is_uniform: bool, free: Floats | None
-) -> Polynomials | None:
+def precondition(L: Laplacian, gram_diagonal: Floats, is_uniform: bool, free: Floats | None) -> Polynomials | None:
     """The polynomials for a normal matrix; None where the diagonal is to be preferred.
 
     Parameters
@@ -136,9 +147,14 @@ def precondition(
     if total == 0:
         return None
     inverse_degree = (L.size if free is None else float(free.sum())) / total
+    valences = np.bincount(np.diff(L.graph.indptr))
+    spread = np.sqrt(np.average((1 / np.arange(1, len(valences)) - inverse_degree) ** 2, weights=valences[1:]))
+    contraction = float(np.clip(spread / inverse_degree, *_CONTRACTIONS))
     if is_uniform:
         weight = float(np.sqrt(held.sum() / total))
-        return None if weight >= MAX_WEIGHT else Polynomials(L, free, (design_inverse(weight, inverse_degree),))
+        if weight >= MAX_WEIGHT:
+            return None
+        return Polynomials(L, free, weight, contraction, (design_inverse(weight, inverse_degree),))
     local = np.sqrt(held / L.degree)
     low, high = (float(np.clip(of, MIN_WEIGHT, MAX_WEIGHT)) for of in (local[degree > 0].min(), local.max()))
     if low == MAX_WEIGHT:
@@ -147,13 +163,13 @@ def precondition(
     weights = np.geomspace(low, high, count)
     series = tuple(design_inverse(float(w), inverse_degree) for w in weights)
     if count == 1:
-        return Polynomials(L, free, series)
+        return Polynomials(L, free, low, contraction, series)
     # linear in the logarithm of the weight between the two polynomials next to it
     at = (count - 1) * np.log(np.clip(local, low, high) / low) / np.log(high / low)
     # above the highest weight the inverse falls as one over the square
     scale = np.minimum(high / np.maximum(local, high), 1.0)
     shares = tuple(scale * np.sqrt(np.clip(1 - np.abs(at - k), 0.0, 1.0)) for k in range(count))
-    return Polynomials(L, free, series, shares)
+    return Polynomials(L, free, low, contraction, series, shares)
 
 
 def design_inverse(weight: float, inverse_degree: float) -> Floats:
@@ -172,12 +188,12 @@ def design_inverse(weight: float, inverse_degree: float) -> Floats:
     # is lowest where the phase of T_m there is a multiple of pi, so the degrees are looked through.
     z = np.arccosh(zero - 1)
     turn = np.pi - abs(z.imag)
-    m = np.arange(2, int(2 * np.pi / turn) + 8)
-    first, second = np.cosh(m * z), np.cosh((m - 1) * z)
+    degrees = np.arange(2, int(2 * np.pi / turn) + 8)
+    first, second = np.cosh(degrees * z), np.cosh((degrees - 1) * z)
     determinant = first.real * second.imag - first.imag * second.real
     c = np.stack([second.imag, -first.imag]) / determinant
     best = int(np.argmax(np.abs(c).sum(axis=0) <= _MAX_RESIDUAL))
-    m, c = int(m[best]), c[:, best]
+    m, c = int(degrees[best]), c[:, best]
     # p has degree m - 2 and is known where it is sampled
     angle = np.pi * (np.arange(m) + 0.5) / m
     x = 1 + np.cos(angle)

@@ -112,8 +112,9 @@ class _NormalMatrix:
         entries = self.gram.irregular[at]
         return at, entries if self.free is None else entries.multiply(self.free[at]).tocsr()
 
-    def matvec(self, p: Floats, scratch: Floats, q: Floats) -> float:
-        """``q`` becomes D^-1 A p, overwriting ``scratch``; returns p . A p."""
+    def matvec(self, p: Floats, workspace: Workspace) -> tuple[Floats, float]:
+        """Q = D^-1 A p, and p . A p."""
+        scratch, q = workspace.borrow(p), workspace.borrow(p)
         n, kernels, gram, edge = len(p), self.L.kernels, self.gram, self.gram.regular_edge
         sums = np.empty(blocks.count(n))
         blocks.parallel_for(lambda i, j: kernels.normal_matvec_1(i, j, p, self.rows, edge, scratch), n)
@@ -126,7 +127,8 @@ class _NormalMatrix:
             more = entries @ p
             q[at] += more / self.L.degree[at]
             pAp += float(np.einsum("ij,ij->", p[at], more))
-        return pAp
+        workspace.give_back(scratch)
+        return q, pAp
 
     def precondition(self, is_uniform: bool) -> Diagonal | Polynomials:
         """An approximate inverse of D^-1 A."""
@@ -154,7 +156,7 @@ def solve(
     start: Floats | None = None,
     rtol: float = TOLERANCE,
     workspace: Workspace | None = None,
-    overwrite_change: bool = False,
+    overwrite_input: bool = False,
 ) -> Solution:
     """Solve for the displacement that changes the differential coordinates, subject to the barycenters.
 
@@ -181,8 +183,8 @@ def solve(
         Relative error of the displacement at which the iteration ends.
     workspace : Workspace, optional
         Work arrays; those that were used, but not the displacement, are in it afterwards.
-    overwrite_change : bool
-        Whether ``change`` may be used as a work array and given to the workspace.
+    overwrite_input : bool
+        Whether ``change`` and ``start`` may be used as work arrays, and be given to the workspace or returned.
 
     Raises
     ------
@@ -194,37 +196,42 @@ def solve(
     M = A.precondition(is_uniform=gram.regular_edge > 0)
     work = Workspace() if workspace is None else workspace
     # D^-1 b = D^-1 L^T R change = L D^-1 R change, where free
-    scratch = blocks.multiply(change, _or_one(rows) / L.degree, work.borrow(change))
-    b = L.product(scratch, change if overwrite_change else work.borrow(change))
+    scaled = blocks.multiply(change, _or_one(rows) / L.degree, work.borrow(change))
+    b = L.product(scaled, change if overwrite_input else work.borrow(change))
+    work.give_back(scaled)
     if free is not None:
         blocks.multiply(b, free, b)
-    q, r, z, p, x = (work.borrow(b) for _ in range(5))
     if constraints is not None and constraints.prescribed.any():
-        A.matvec(constraints.prescribed, scratch, q)
-        b -= q
+        _subtract(b, A.matvec(constraints.prescribed, work)[0], b)
     bb, _ = L.inner_products(b, b)
     if bb == 0:  # nothing to solve for
         return Solution(np.zeros_like(b) if constraints is None else constraints.prescribed, 0, 0.0, 0.0)
     # 1. r = b - A x, z = M^-1 r, p = z
+    r = work.borrow(b)
     if start is None:
+        x = work.borrow(b)
         x.fill(0.0)
         r[...] = b
     else:
-        x[...] = start
+        x = start if overwrite_input else work.borrow(b)
         if free is not None:
-            blocks.multiply(x, free, x)
-        A.matvec(x, scratch, q)
-        blocks.parallel_rows(lambda at: np.subtract(b[at], q[at], out=r[at]), len(b))
-    M.apply(r, z, work)
-    zz, rz = L.inner_products(z, r)
-    p[...] = z
+            blocks.multiply(start, free, x)
+        elif x is not start:
+            x[...] = start
+        q, _ = A.matvec(x, work)
+        _subtract(b, q, r)
+        work.give_back(q)
+    p = M.apply(r, work)
+    zz, rz = L.inner_products(p, r)
     iterations, error, contraction = 0, 0.0, 0.0
     # 2. until convergence
     while rz > 0:
         # 3. alpha = (r, z) / (A p, p)
-        alpha = rz / A.matvec(p, scratch, q)
+        q, pAp = A.matvec(p, work)
+        alpha = rz / pAp
         # 4., 5. x = x + alpha p, r = r - alpha A p
         xx, rr = _update_solution(L, alpha, p, q, x, r)
+        work.give_back(q)
         iterations += 1
         residual = float(np.sqrt(rr / bb))
         error = M.estimate_error(max(1.0, alpha) * np.sqrt(zz / xx), contraction, residual) if xx > 0 else np.inf
@@ -238,16 +245,17 @@ def solve(
         if progress is not None:
             progress(float(np.clip(np.log(error) / np.log(rtol), 0, 1)))
         # 6. z = M^-1 r
-        M.apply(r, z, work)
+        z = M.apply(r, work)
         zz_next, rz_next = L.inner_products(z, r)
         contraction = np.sqrt(zz_next / zz)
         # 7., 8. beta = (r, z) / (r, z) before, p = z + beta p
         _update_direction(L, rz_next / rz, z, p)
+        work.give_back(z)
         rz, zz = rz_next, zz_next
-    A.matvec(x, scratch, q)
-    blocks.parallel_rows(lambda at: np.subtract(b[at], q[at], out=r[at]), len(b))
+    q, _ = A.matvec(x, work)
+    _subtract(b, q, r)
     reached = np.sqrt(L.inner_products(r, r)[0] / bb)
-    work.give_back(scratch, b, q, r, z, p)
+    work.give_back(b, q, r, p)
     if constraints is not None:
         x += constraints.prescribed
     return Solution(x, iterations, float(reached), float(error))
@@ -271,6 +279,12 @@ def reconstruct(
     if change is None:
         change = -(L @ X)
     return np.asarray(X + solve(L, gram, weight, change, None, constraints, start, rtol).displacement)
+
+
+def _subtract(X: Floats, Y: Floats, out: Floats) -> Floats:
+    """Write X - Y to ``out``."""
+    blocks.parallel_rows(lambda at: np.subtract(X[at], Y[at], out=out[at]), len(X))
+    return out
 
 
 def _or_one(column: Floats | None) -> Floats | float:

@@ -31,7 +31,7 @@ class Workspace:
     True
     """
 
-    def __init__(self, max_arrays: int = 6) -> None:
+    def __init__(self, max_arrays: int = 8) -> None:
         self._arrays: deque[Floats] = deque(maxlen=max_arrays)
 
     def __len__(self) -> int:

@@ -51,8 +51,8 @@ _MAX_EXPONENT = 1022
 # Warn if the cut-off keeps more than this fraction of the modes.
 _MAX_KEPT_FRACTION = 0.9
 
-# Maximum error of the polynomial of a plain low-pass relative to positions, which are up to a thousand times larger than
-# displacements.
+# Maximum error of the polynomial of a plain low-pass, relative to positions, which are up to a thousand times larger
+# than displacements.
 POSITION_TOLERANCE = 1e-7
 
 # Waves shorter or longer than this act like these, and their powers would overflow.
@@ -204,8 +204,8 @@ def _run(
     iterations = setting.iterations if isinstance(setting, Smoothing) else 1
     displacement, solutions = ops.positions, []
     announce(progress, "smoothing")
-    # an iteration of the least squares takes as long as three sweeps, and it takes about seven over the weight
-    sweeping = across.filter.degree / (across.filter.degree + 3 * (7 / min(held.lowest, 1.0) + 2))
+    # the least squares take three or four iterations, each of a few sweeps and a polynomial of this degree or so
+    sweeping = across.filter.degree / (across.filter.degree + 4 * (2.7 / min(held.lowest, 1.0) ** 0.5 + 3))
     for number in range(iterations):
         step_2 = subrange(progress, number / iterations, sweeping / iterations)
         step_3 = subrange(progress, (number + sweeping) / iterations, (1 - sweeping) / iterations)
@@ -218,6 +218,8 @@ def _run(
             change *= region.change
             if start is not None:
                 start *= region.change
+        if number == 0 and guess is not None:
+            start = guess.copy()
         constraints = None
         if region.is_constrained:
             prescribed = np.zeros_like(V)
@@ -233,13 +235,11 @@ def _run(
             change,
             step_3,
             constraints,
-            start if number or guess is None else guess,
+            start,
             setting.tolerance,
             work,
-            overwrite_change=True,
+            overwrite_input=True,
         )
-        if start is not None:
-            work.give_back(start)
         solutions.append(solution)
         displacement = displacement + solution.displacement if number else solution.displacement
     result = make_result(ops, displacement, across, held.given, solutions, setting, began)
@@ -296,9 +296,7 @@ def _smooth_boundary(
     wavelength = wavelength_in_edges(across.cutoff.eigenvalue) * ops.mean_edge
     free = region.inside[at] * (curve.length > 1.25 * wavelength).astype(np.float64)
     constraints = Constraints(free, np.ones((len(at), 1)), np.zeros_like(change))
-    return solve(
-        curve.L, curve.gram, weight, change, None, constraints, start, setting.tolerance
-    ).displacement
+    return solve(curve.L, curve.gram, weight, change, None, constraints, start, setting.tolerance).displacement
 
 
 def _design_along_boundary(ops: Operators, region: Region, make: Callable[[Laplacian, float], Design]) -> Design | None:

@@ -15,6 +15,7 @@ import numpy.typing as npt
 from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.choices import Boundary, Criterion, Method, ModeCount, ResponseName
 from meshlab_specsmooth.errors import InvalidParameter
+from meshlab_specsmooth.operators.reconstruction import TOLERANCE
 from meshlab_specsmooth.parameters import (
     GAIN_BOUNDS,
     MAX_ITERATIONS,
@@ -26,7 +27,6 @@ from meshlab_specsmooth.parameters import (
     check_number,
     show,
 )
-from meshlab_specsmooth.operators.reconstruction import TOLERANCE
 from meshlab_specsmooth.risk.choose_weight import CRITERIA
 from meshlab_specsmooth.spectral.design import METHODS, MODE_COUNTS
 from meshlab_specsmooth.spectral.low_pass import LOW_PASSES, CutoffResponse, Ideal, LowPassLike, make_low_pass
