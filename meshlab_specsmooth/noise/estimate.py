@@ -169,6 +169,13 @@ def initial_weight(level: float) -> float:
     return float(np.clip(WEIGHT_TIMES_LEVEL / max(level, 1e-6), 2 * MIN_WEIGHT, MAX_WEIGHT))
 
 
+def compute_guide_normals(ops: Operators, level: float) -> Floats:
+    """(k, 3) normals of the surface smoothed as noise of a level, in the units of the positions, asks for."""
+    weight = min(initial_weight(level / ops.mean_edge), 1.0)  # a guide is smooth in any case
+    guide = reconstruct(ops.L, ops.gram, ops.positions, max(weight, 0.1), rtol=GUIDE_RTOL)
+    return compute_vertex_normals(guide, ops.faces)
+
+
 def _level_by_fixed_point(ops: Operators, counted: Booleans) -> tuple[float, Floats, Floats, float]:
     """Level, normals of the guide, residual, and the mean of sum h^4 / (sum h^2)^2 over the rows h of L^2.
 
@@ -179,9 +186,7 @@ def _level_by_fixed_point(ops: Operators, counted: Booleans) -> tuple[float, Flo
     twice = L @ (L @ X)
     level = 0.3 * ops.mean_edge
     for _ in range(3):
-        weight = min(initial_weight(level / ops.mean_edge), 1.0)  # a guide is smooth in any case
-        guide = reconstruct(L, ops.gram, X, max(weight, 0.1), rtol=GUIDE_RTOL)
-        normals = compute_vertex_normals(guide, ops.faces)
+        normals = compute_guide_normals(ops, level)
         residual = (twice * normals).sum(axis=1) / norms
         level = float(np.median(np.abs(residual[counted]))) / MAD_OF_UNIT_NORMAL
     return level, normals, residual, peakedness

@@ -14,6 +14,7 @@ import numpy.typing as npt
 from meshlab_specsmooth.arrays import Booleans, Floats, Integers
 from meshlab_specsmooth.graph.laplacian import Laplacian
 from meshlab_specsmooth.operators.assemble import Operators, assemble_patch
+from meshlab_specsmooth.runtime import blocks
 
 # Meshes of more vertices than this are represented by patches, this many of this size.
 MAX_WHOLE = 10_000
@@ -22,6 +23,10 @@ _COUNT = 5
 # docs/constants.md: _SIZE
 _SIZE = 1600
 
+#: Where waves are evaluated that are as long as these are wide.
+# docs/constants.md: WIDE
+WIDE = 4000
+
 #: A mask restricts what is measured only if it leaves this many vertices.
 MIN_COUNTED = 200
 
@@ -29,6 +34,7 @@ MIN_COUNTED = 200
 # must be left for that.
 # docs/constants.md: _MARGIN
 _MARGIN = 3
+_MARGIN_OF_WIDE = 7
 MIN_VERTICES = 50
 
 # Cells to a side of the grid that starts are spread over, and the bits of a cell's number along one axis, at the places
@@ -49,11 +55,14 @@ class Patches:
         Vertices whose noise and error count: away from boundaries, and in the mask where that leaves enough.
     vertices : (k,) int64
         Their indices among the active vertices of the mesh, ordered by coordinates.
+    starts : tuple of int
+        Where the patches start; empty if they are the whole mesh.
     """
 
     ops: Operators
     counted: Booleans
     vertices: npt.NDArray[np.int64]
+    starts: tuple[int, ...] = ()
 
 
 def draw_patches(ops: Operators, mask: Booleans | None = None) -> Patches:
@@ -65,34 +74,61 @@ def draw_patches(ops: Operators, mask: Booleans | None = None) -> Patches:
     mask : (n,) bool, optional
         Vertices to represent: all by default, or where fewer than :data:`MIN_COUNTED` are left.
     """
-    X, F, n = ops.positions, ops.faces, len(ops.positions)
+    X, n = ops.positions, len(ops.positions)
     if n <= MAX_WHOLE:
-        vertices, faces = _sort(X, F, np.arange(n))
+        vertices, faces = _sort(X, ops.faces, np.arange(n))
+        return _assemble(ops, vertices, faces, mask, _MARGIN, ())
+    if mask is not None and mask.sum() >= MIN_COUNTED:
+        among = np.flatnonzero(mask)
+        starts = tuple(int(among[at]) for at in _spread(X.take(among, axis=0)))
     else:
-        if mask is not None and mask.sum() >= MIN_COUNTED:
-            among = np.flatnonzero(mask)
-            starts = [int(among[at]) for at in _spread(X[among])]
-        else:
-            starts = _spread(X)
-        chosen = np.zeros(n, dtype=np.bool_)
-        for start in starts:
-            chosen |= _grow(ops.L, start)
-        kept = F[chosen[F[:, 0]]]  # few are left to look at
-        kept = kept[chosen[kept].all(axis=1)]
-        at = np.unique(kept).astype(np.int64)
-        index = np.full(n, -1, dtype=np.int32)
-        index[at] = np.arange(len(at), dtype=np.int32)
-        vertices, faces = _sort(X[at], index[kept], at)
-    patch = assemble_patch(X[vertices], faces)
-    return Patches(patch, find_interior(patch, None if mask is None else mask[vertices]), vertices)
+        starts = tuple(_spread(X))
+    return _assemble(ops, *_cut_out(ops, starts, _SIZE), mask, _MARGIN, starts)
 
 
-def find_interior(ops: Operators, mask: Booleans | None = None) -> Booleans:
+def widen_patches(ops: Operators, patches: Patches, mask: Booleans | None = None) -> Patches:
+    """Patches of :data:`WIDE` vertices at the same places, of which fewer next to the boundary count."""
+    return _assemble(ops, *_cut_out(ops, patches.starts, WIDE), mask, _MARGIN_OF_WIDE, patches.starts)
+
+
+def _cut_out(ops: Operators, starts: tuple[int, ...], size: int) -> tuple[npt.NDArray[np.int64], Integers]:
+    """Vertices and faces of patches."""
+    n, F = len(ops.positions), ops.faces
+    chosen = np.zeros(n, dtype=np.bool_)
+    for start in starts:
+        _grow(ops.L, start, size, chosen)
+    is_kept = np.empty(len(F), dtype=np.bool_)
+
+    def look(at: slice) -> None:
+        is_kept[at] = chosen.take(F[at, 0])  # few are left to look at
+
+    blocks.parallel_rows(look, len(F))
+    kept = F[is_kept]
+    kept = kept[chosen[kept].all(axis=1)]
+    at = np.unique(kept).astype(np.int64)
+    index = np.full(n, -1, dtype=np.int32)
+    index[at] = np.arange(len(at), dtype=np.int32)
+    return _sort(ops.positions[at], index[kept], at)
+
+
+def _assemble(
+    ops: Operators,
+    vertices: npt.NDArray[np.int64],
+    faces: Integers,
+    mask: Booleans | None,
+    margin: int,
+    starts: tuple[int, ...],
+) -> Patches:
+    patch = assemble_patch(ops.positions[vertices], faces)
+    return Patches(patch, find_interior(patch, None if mask is None else mask[vertices], margin), vertices, starts)
+
+
+def find_interior(ops: Operators, mask: Booleans | None = None, margin: int = _MARGIN) -> Booleans:
     """(n,) vertices away from the boundary and in the mask; each restriction applies only if it leaves enough."""
     outer = np.zeros(len(ops.positions), dtype=np.bool_)
     outer[ops.boundary_vertices] = True
     adjacency = ops.L.graph.adjacency(np.ones(len(ops.L.graph.indices)))
-    for _ in range(_MARGIN):
+    for _ in range(margin):
         outer |= adjacency @ outer.astype(np.float64) > 0
     interior = ~outer if (~outer).sum() >= MIN_VERTICES else np.ones_like(outer)
     if mask is not None and (interior & mask).sum() >= MIN_COUNTED:
@@ -103,7 +139,7 @@ def find_interior(ops: Operators, mask: Booleans | None = None) -> Booleans:
 def neighbors_of(L: Laplacian, vertices: npt.NDArray[np.integer]) -> tuple[npt.NDArray[np.int64], Integers]:
     """All neighbors of some vertices: the row in ``vertices`` whose neighbor each is, and the neighbor."""
     first = L.graph.indptr
-    degree = np.diff(first)[vertices]
+    degree = first[np.asarray(vertices) + 1] - first[vertices]
     begin = np.cumsum(degree) - degree
     entries = np.repeat(first[vertices] - begin, degree) + np.arange(degree.sum())
     return np.repeat(np.arange(len(vertices)), degree), L.graph.indices[entries]
@@ -111,10 +147,16 @@ def neighbors_of(L: Laplacian, vertices: npt.NDArray[np.integer]) -> tuple[npt.N
 
 def _spread(X: Floats) -> list[int]:
     """Indices of vertices at equal steps along Morton's curve through a grid, the lowest of each cell."""
-    low, high = X.min(axis=0), X.max(axis=0)
+    low, high = (blocks.reduce_rows(of, X) for of in (np.minimum, np.maximum))
     widest = float((high - low).max())
-    cell = ((X - low) * ((_CELLS - 1) / widest if widest > 0 else 0.0)).astype(np.intp)
-    code = _INTERLEAVED[cell[:, 0]] + 2 * _INTERLEAVED[cell[:, 1]] + 4 * _INTERLEAVED[cell[:, 2]]
+    scale = (_CELLS - 1) / widest if widest > 0 else 0.0
+    code = np.empty(len(X), dtype=np.uint16)
+
+    def encode(at: slice) -> None:
+        cell = ((X[at] - low) * scale).astype(np.intp)
+        code[at] = _INTERLEAVED[cell[:, 0]] + 2 * _INTERLEAVED[cell[:, 1]] + 4 * _INTERLEAVED[cell[:, 2]]
+
+    blocks.parallel_rows(encode, len(X))
     below = np.cumsum(np.bincount(code))
     starts = []
     for k in range(_COUNT):
@@ -124,18 +166,18 @@ def _spread(X: Floats) -> list[int]:
     return starts
 
 
-def _grow(L: Laplacian, start: int) -> Booleans:
-    """The vertices nearest to one, by whole rings."""
+def _grow(L: Laplacian, start: int, size: int, chosen: Booleans) -> None:
+    """Mark the vertices nearest to one, by whole rings, those of earlier patches included."""
     reached = np.zeros(L.size, dtype=np.bool_)
     ring, count = np.array([start]), 0
     while len(ring):
         reached[ring] = True
         count += len(ring)
-        if count >= _SIZE:
+        if count >= size:
             break
         _, beyond = neighbors_of(L, ring)
         ring = np.unique(beyond[~reached[beyond]])
-    return reached
+    chosen |= reached
 
 
 def _sort(X: Floats, F: Integers, at: npt.NDArray[np.int64]) -> tuple[npt.NDArray[np.int64], Integers]:

@@ -42,11 +42,12 @@ _MAX_RESIDUAL_OVER_WEIGHT = 4.0
 # From this weight on the diagonal is as good a preconditioner. Below the other one the polynomial is that of this
 # weight, so that it stays short.
 # docs/constants.md: MAX_WEIGHT
-MAX_WEIGHT = 0.5
+MAX_WEIGHT = 0.8
 MIN_WEIGHT = 1e-4
 
-# Where the weight varies over the surface by more than this factor, polynomials this far apart are mixed.
-_OCTAVE = 2.0
+# Where the weight varies over the surface, polynomials for weights this far apart are mixed, up to the weight at which
+# the zeros of a become real.
+_OCTAVE, _MAX_MIXED = 2.0, 1.4
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,11 +71,11 @@ class Diagonal:
     def estimate_error(self, step: float, contraction: float, residual: float) -> float:
         """Relative error of the displacement.
 
-        The lowest eigenvalue of A decreases as w^2; above w = 1 the shortest waves, which barycenters do not see, are
-        held less and less firmly relative to the others.
+        The lowest eigenvalue of D^-1 A is w^2 / 3 below w = 1. Above, the shortest waves, which barycenters do not
+        see, are held less and less firmly relative to the others.
         """
         del step, contraction
-        return residual / min(self.weight**2, 1 / self.weight)
+        return 3 * residual / min(self.weight**2, 1 / self.weight)
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +124,10 @@ class Polynomials:
         At vertices where the polynomial is far from an inverse (of a hundred neighbors, or without an equation of their
         own) steps are too short to show the error, but the residual is large.
         """
-        return max(step * max(contraction, self.contraction), residual / (_MAX_RESIDUAL_OVER_WEIGHT * self.weight))
+        error = step * max(contraction, self.contraction)
+        if self.shares:
+            return error
+        return max(error, residual / (_MAX_RESIDUAL_OVER_WEIGHT * self.weight))
 
 
 def precondition(L: Laplacian, gram_diagonal: Floats, is_uniform: bool, free: Floats | None) -> Polynomials | None:
@@ -156,8 +160,8 @@ def precondition(L: Laplacian, gram_diagonal: Floats, is_uniform: bool, free: Fl
             return None
         return Polynomials(L, free, weight, contraction, (design_inverse(weight, inverse_degree),))
     local = np.sqrt(held / L.degree)
-    low, high = (float(np.clip(of, MIN_WEIGHT, MAX_WEIGHT)) for of in (local[degree > 0].min(), local.max()))
-    if low == MAX_WEIGHT:
+    low, high = (float(np.clip(of, MIN_WEIGHT, _MAX_MIXED)) for of in (local[degree > 0].min(), local.max()))
+    if low >= MAX_WEIGHT:
         return None
     count = 1 + int(np.ceil(np.log(high / low) / np.log(_OCTAVE)))
     weights = np.geomspace(low, high, count)

@@ -6,7 +6,7 @@ The filter is linear, so what it makes of the noise is computed once for each we
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import cast
 
 import numpy as np
@@ -17,16 +17,18 @@ from meshlab_specsmooth.noise.estimate import (
     MAX_WEIGHT,
     MIN_WEIGHT,
     NoiseEstimate,
+    compute_guide_normals,
     estimate,
     initial_weight,
 )
 from meshlab_specsmooth.noise.model import IMPULSE, Noise
 from meshlab_specsmooth.noise.sample import sample
 from meshlab_specsmooth.operators.assemble import Operators, at_positions
-from meshlab_specsmooth.operators.patches import draw_patches, find_interior
+from meshlab_specsmooth.operators.patches import draw_patches, find_interior, widen_patches
 from meshlab_specsmooth.operators.reconstruction import Constraints, error_gain, reconstruct
 from meshlab_specsmooth.risk.impulses import clip_impulses
 from meshlab_specsmooth.risk.sure import compute_risk
+from meshlab_specsmooth.runtime import blocks
 from meshlab_specsmooth.runtime.progress import Progress, announce, subrange
 from meshlab_specsmooth.spectral.chebyshev import ChebyshevSeries
 from meshlab_specsmooth.spectral.design import design
@@ -57,6 +59,10 @@ _TOLERANCE = 2.5e-3
 # within this fraction of the least, the lowest is taken.
 # docs/constants.md: _RISK_TOLERANCE
 _RISK_TOLERANCE = 0.02
+
+# A smaller weight smooths waves that are as long as patches are wide; then wider ones decide.
+# docs/constants.md: _NARROW
+_NARROW = 0.1
 
 # Below this fraction of an edge there is nothing to choose for.
 _MIN_LEVEL = 0.002
@@ -185,6 +191,13 @@ def choose_weight(
         minima.append(ConsideredWeight(weight, i, risk))
         considered += [ConsideredWeight(w, i, r) for w, r in curve]
     best = min(minima, key=lambda each: each.risk)
+    if patches.starts and best.weight < _NARROW and noise.kind != IMPULSE:
+        wide = widen_patches(ops, patches, mask)
+        on, candidate = wide.ops, candidates[best.low_pass]
+        found = replace(found, normals=compute_guide_normals(on, noise.level))
+        weight, risk, curve = search_weight(on, wide.counted, found, criterion, candidate, guess=best.weight)
+        best = ConsideredWeight(weight, best.low_pass, risk)
+        considered = [ConsideredWeight(w, best.low_pass, r) for w, r in curve]
     return WeightChoice(best.weight, best.risk, noise, best.low_pass, tuple(considered))
 
 
@@ -195,25 +208,30 @@ def search_weight(
     criterion: str,
     candidate: CandidateLowPass,
     progress: Progress | None = None,
+    guess: float | None = None,
 ) -> tuple[float, float, list[tuple[float, float]]]:
-    """Weight and risk at the minimum for one low-pass, and all that were evaluated."""
+    """Weight and risk at the minimum for one low-pass, and all that were evaluated, from a guess on."""
     noise, n = found.noise, found.normals
     if noise.level <= _MIN_LEVEL * ops.mean_edge:
         return initial_weight(0.0), noise.level**2, []
     factor = LEVEL_FACTORS[criterion]
     z = sample(ops.L, n, noise, _SEED) * factor
-    guess = initial_weight(noise.level / ops.mean_edge)
+    start = initial_weight(noise.level / ops.mean_edge) if guess is None else guess
     remove = candidate.remover(ops, MIN_WEIGHT)
     constraints = _hold_boundary(ops)
     from_shape, from_noise = remove(ops.positions), remove(z)
     curve: list[tuple[float, float]] = []
 
+    reconstructed = [ops.positions, z]
+
+    def reconstruct_one(k: int, weight: float) -> None:
+        X, (change, start) = ((ops.positions, from_shape), (z, from_noise))[k]
+        reconstructed[k] = reconstruct(ops.L, ops.gram, X, weight, change, GUIDE_RTOL, start, constraints)
+
     def risk(log_weight: float) -> float:
         weight = float(np.exp(log_weight))
-        shape, filtered = (
-            reconstruct(ops.L, ops.gram, X, weight, change, GUIDE_RTOL, start, constraints)
-            for X, (change, start) in ((ops.positions, from_shape), (z, from_noise))
-        )
+        blocks.map_threads(lambda k: reconstruct_one(k, weight), range(2))
+        shape, filtered = reconstructed
         moved = ((shape - ops.positions) * n).sum(axis=1)[counted]
         value, _ = compute_risk(moved, z[counted], filtered[counted])
         curve.append((weight, value))
@@ -222,7 +240,7 @@ def search_weight(
         return value
 
     tolerance = _RISK_TOLERANCE if criterion == "position" else 0.0
-    log_weight, least = _minimize(risk, float(np.log(guess)), tolerance, MIN_WEIGHT)
+    log_weight, least = _minimize(risk, float(np.log(start)), tolerance, MIN_WEIGHT)
     return float(np.clip(np.exp(log_weight), MIN_WEIGHT, MAX_WEIGHT)), least, curve
 
 

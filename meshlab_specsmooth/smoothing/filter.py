@@ -67,6 +67,7 @@ class _Barycenters:
     lowest: float
     gram: Gram
     factor: float
+    release: float | Floats
 
 
 @blocks.one_blas_thread()
@@ -218,6 +219,8 @@ def _run(
             change *= region.change
             if start is not None:
                 start *= region.change
+        if start is not None and np.any(held.release != 1):
+            start *= held.release
         if number == 0 and guess is not None:
             start = guess.copy()
         constraints = None
@@ -376,13 +379,19 @@ def split_progress(method: str, ops: Operators, progress: Progress | None) -> tu
 def _hold_barycenters(ops: Operators, weight: float | Floats) -> _Barycenters:
     """One weight, or for weights of the vertices those of the faces, the mean over the corners."""
     if not isinstance(weight, np.ndarray):
-        return _Barycenters(weight, weight, ops.gram, weight)
+        return _Barycenters(weight, weight, ops.gram, weight, float(_estimate_release(np.float64(weight))))
     n = len(ops.surface.vertices)
     if len(weight) != n:
         raise InvalidParameter(f"barycenter_weight has {len(weight)} entries; this mesh has {n} vertices")
     of_faces = weight[ops.active][ops.faces].mean(axis=1)
     gram = weighted_gram_of_barycenters(ops.faces, len(ops.active), of_faces)
-    return _Barycenters(weight, float(of_faces.min()), gram, 1.0)
+    release = _estimate_release(np.sqrt(9 * gram.diagonal / ops.L.degree))
+    return _Barycenters(weight, float(of_faces.min()), gram, 1.0, release)
+
+
+def _estimate_release(weight: Floats) -> Floats:
+    """About the fraction of the low-pass' displacement that barycenters with a weight allow, for a start of step 3."""
+    return np.minimum(1.0, weight**-2.0)
 
 
 def leave_empty(ops: Operators, setting: Setting, low_pass: LowPassLike, began: float) -> SmoothingResult:
