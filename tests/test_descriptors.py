@@ -149,6 +149,7 @@ BOUNDS = {
     "range_sigma": parameters.RANGE_SIGMA_BOUNDS,
     "iterations": (1, parameters.MAX_ITERATIONS),
     "bands": parameters.BAND_BOUNDS,
+    "tolerance": parameters.TOLERANCE_BOUNDS,
 }
 FACE_BOUNDS = BOUNDS | {"iterations": (1, parameters.MAX_FACE_ITERATIONS)}
 

@@ -169,7 +169,7 @@ def test_nothing_flows_across_creases():
         guide = mesh.kernels.face_geometry(smooth_isotropically(mesh, X, 0.3))[1]
         center, given, _ = mesh.kernels.face_geometry(X)
         N.append((guide, low_pass_normals(mesh.kernels, center, given, area, guide, 2.0, 0.35, is_cut=True)))
-    for first, second, scale in zip(*N, (1e-3, 1e-5), strict=True):  # the least squares are solved to 1e-4
+    for first, second, scale in zip(*N, (2e-3, 5e-5), strict=True):  # the least squares are solved to 3e-3
         far = np.abs(first - second).max(axis=1)
         assert far[~elsewhere].max() > 0.05
         assert far[elsewhere].max() < scale * far[~elsewhere].max()

@@ -236,7 +236,7 @@ def test_unreferenced_and_doubled_faces_change_nothing_they_should_not():
 def test_components_do_not_feel_each_other():
     V, F = SEVERAL
     n = len(OPEN[0])
-    given_ = {"response": "heat", "boundary": "free", "barycenter_weight": 1.0}
+    given_ = {"response": "heat", "boundary": "free", "barycenter_weight": 1.0, "tolerance": 1e-6}
     alone, among = mss.smooth(*OPEN, wavelength=6.0, **given_), mss.smooth(V, F, wavelength=6.0, **given_)
     # the wavelength is counted in mean edges, which differ; so compare at the same eigenvalue
     scaled = mss.smooth(*OPEN, wavelength=6.0 * alone.mean_edge / among.mean_edge, **given_)
@@ -282,10 +282,11 @@ def test_noise_goes_and_the_volume_stays():
     """The paper's claim: no shrinkage."""
     clean = torus(60, 36)
     V, F = rough(clean, 0.2)
-    result = mss.smooth(V, F, barycenter_weight=0.3)
-    assert np.linalg.norm(result.vertices - clean[0]) < 0.35 * np.linalg.norm(V - clean[0])
-    before, after = (signed_volume(mss.Surface(W, F)) for W in (V, result.vertices))
-    assert after == pytest.approx(before, rel=1e-3)
+    for name, change in (("ideal", 1e-3), ("heat", 2e-3)):
+        result = mss.smooth(V, F, barycenter_weight=0.3, response=name)
+        assert np.linalg.norm(result.vertices - clean[0]) < 0.35 * np.linalg.norm(V - clean[0])
+        before, after = (signed_volume(mss.Surface(W, F)) for W in (V, result.vertices))
+        assert after == pytest.approx(before, rel=change)
 
 
 def test_modes_of_equal_eigenvalue_stay_together():
@@ -356,7 +357,7 @@ def test_operators_assembled_once_give_the_bits_of_each_call():
 @pytest.mark.parametrize("mesh", [CLOSED, together(OPEN, (np.zeros((3, 3)), np.empty((0, 3), dtype=int)))])
 def test_a_further_result_may_start_from_an_earlier_one(mesh):
     ops = mss.assemble(*mesh)
-    given_ = {"modes": 10, "response": "gaussian", "method": "chebyshev"}
+    given_ = {"modes": 10, "response": "gaussian", "method": "chebyshev", "tolerance": 1e-5}
     earlier = mss.smooth(ops, **given_, barycenter_weight=0.52)
     direct = mss.smooth(ops, **given_, barycenter_weight=0.5)
     begun = mss.smooth(ops, **given_, barycenter_weight=0.5, start=earlier)
@@ -438,8 +439,9 @@ def test_the_evidence_is_true():
     assert (result.method, result.barycenter_weight) == ("chebyshev", 0.5)
     assert result.response == response("butterworth", result.cutoff).label
     assert result.degree > 10
-    assert 0 < result.response_error < 2.5e-3
-    assert 0 < result.residual < reconstruction.tolerance(0.5)
+    assert 0 < result.response_error < reconstruction.TOLERANCE
+    assert 0 < result.displacement_error <= reconstruction.TOLERANCE
+    assert 0 < result.residual < reconstruction.TOLERANCE
     assert result.seconds > 0
     plain = mss.low_pass(V, F, modes=12)
     assert (plain.barycenter_weight, plain.cg_iterations, plain.residual, plain.iterations) == (0, (), 0, 1)

@@ -46,7 +46,7 @@ def test_a_further_setting_starts_from_the_last():
     near = Sliders(20.0, 0.31, "heat")
     again, anew = window.smooth_at(prepared, near, start=first), window.smooth_at(prepared, near)
     assert sum(again.cg_iterations) < sum(anew.cg_iterations)
-    assert again.vertices == pytest.approx(anew.vertices, abs=1e-3 * anew.displacement)
+    assert again.vertices == pytest.approx(anew.vertices, abs=0.02 * anew.displacement)
     assert f"{again.modes:.0f} modes kept" in window.describe_result(again)
 
 

@@ -218,7 +218,7 @@ FILTER_SPECS = {
             "specsmooth automatic",
             "apply_coord_spectral_smoothing",
             strength=Strength("barycenter_weight", (1.0, 0.5, 0.3, 0.2, 0.1)),
-            auto_parameters=("barycenter_weight",),
+            auto_parameters=("barycenter_weight", "response"),
             key="automatic",
         ),
         FilterSpec(

@@ -19,6 +19,7 @@ from meshlab_specsmooth.geometry.surface import Surface
 from meshlab_specsmooth.meshlab.descriptors import Length, load
 from meshlab_specsmooth.meshlab.isolated_filter import FilterProcess, FilterRun
 from meshlab_specsmooth.runtime.progress import Progress
+from meshlab_specsmooth.spectral.response import name_of
 
 #: Random perturbations for the rows, and for each strength of a sweep.
 PROBES, SWEEP_PROBES = 3, 1
@@ -181,6 +182,8 @@ def with_chosen(spec: FilterSpec, ran: FilterRun) -> FilterSpec:
     chosen = {each: ran.output[each] for each in spec.auto_parameters if each in own and ran.output.get(each)}
     if spec.rerun_filter and len(chosen) < len(spec.auto_parameters):
         return spec  # the other filter would choose the rest, by another rule
+    if "response" in chosen:
+        chosen["response"] = name_of(chosen["response"])
     chosen |= {each: value for each, value in spec.parameters.items() if each in own}
     return spec if chosen == spec.parameters else replace(spec, filter=name, parameters=chosen)
 

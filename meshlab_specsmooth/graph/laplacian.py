@@ -6,8 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
-from meshlab_specsmooth.arrays import Floats
+from meshlab_specsmooth.arrays import Floats, Integers
 from meshlab_specsmooth.graph import backend
 from meshlab_specsmooth.graph.adjacency import Graph
 from meshlab_specsmooth.graph.protocols import COLUMNS, VertexKernels
@@ -96,6 +97,15 @@ class Laplacian:
 def laplacian(graph: Graph) -> Laplacian:
     """The Laplacian of a graph, with the fastest kernels available."""
     return Laplacian(graph, backend.select(graph.size).vertex_kernels(graph))
+
+
+def neighbors_of(L: Laplacian, vertices: npt.NDArray[np.integer]) -> tuple[npt.NDArray[np.int64], Integers]:
+    """All neighbors of some vertices: the row in ``vertices`` whose neighbor each is, and the neighbor."""
+    first = L.graph.indptr
+    degree = first[np.asarray(vertices) + 1] - first[vertices]
+    begin = np.cumsum(degree) - degree
+    entries = np.repeat(first[vertices] - begin, degree) + np.arange(degree.sum())
+    return np.repeat(np.arange(len(vertices)), degree), L.graph.indices[entries]
 
 
 def by_column_blocks(work: Callable[[Floats], Floats], X: Floats) -> Floats:

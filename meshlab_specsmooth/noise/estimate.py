@@ -38,7 +38,7 @@ from meshlab_specsmooth.operators.reconstruction import reconstruct
 # docs/constants.md: WEIGHT_TIMES_LEVEL
 WEIGHT_TIMES_LEVEL = 0.07
 
-MIN_WEIGHT, MAX_WEIGHT = 0.002, 1000.0
+MIN_WEIGHT, MAX_WEIGHT = 0.005, 1000.0
 
 # Relative error allowed in the displacement of surfaces that only serve an estimate, which scatters by far more.
 # docs/constants.md: GUIDE_RTOL

@@ -11,8 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from meshlab_specsmooth.arrays import Floats
-from meshlab_specsmooth.graph.laplacian import Laplacian
-from meshlab_specsmooth.operators.patches import neighbors_of
+from meshlab_specsmooth.graph.laplacian import Laplacian, neighbors_of
 
 # The distance of a stray vertex from the mean of its neighbors exceeds the median distance by the first factor, the
 # edges around it by the second, and the second largest distance among its neighbors (each without the stray) by the

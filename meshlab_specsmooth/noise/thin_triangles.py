@@ -6,8 +6,8 @@ import numpy as np
 
 from meshlab_specsmooth.arrays import Booleans, Floats
 from meshlab_specsmooth.geometry.triangles import compute_aspects
+from meshlab_specsmooth.graph.laplacian import neighbors_of
 from meshlab_specsmooth.operators.assemble import Operators
-from meshlab_specsmooth.operators.patches import neighbors_of
 from meshlab_specsmooth.runtime import blocks
 
 # A face of this aspect does not show the noise at its corners. White noise of half an edge on even triangles gives an

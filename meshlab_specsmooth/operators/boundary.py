@@ -11,7 +11,7 @@ from scipy.sparse.csgraph import connected_components
 
 from meshlab_specsmooth.arrays import Booleans, Floats, Integers
 from meshlab_specsmooth.graph.build import from_edges
-from meshlab_specsmooth.graph.laplacian import Laplacian, laplacian
+from meshlab_specsmooth.graph.laplacian import Laplacian, laplacian, neighbors_of
 from meshlab_specsmooth.operators.barycenters import Gram
 
 #: Number of rings of edges over which a displacement rises from zero at the border of a mask to all of it.
@@ -57,6 +57,30 @@ def boundary_curve(positions: Floats, segments: Integers) -> BoundaryCurve | Non
     _, curve = connected_components(L.graph.adjacency(), directed=False)
     length = np.bincount(curve[local[:, 0]], weights=segment_length)[curve]
     return BoundaryCurve(vertices.astype(np.int32), L, gram, float(segment_length.mean()), length[:, None])
+
+
+def extend_to_boundary(L: Laplacian, delta: Floats, boundary: Integers) -> None:
+    """Replace the differential coordinates at the boundary, which are one-sided, by the means of those next to it.
+
+    A low-pass spreads them into the interior: with the given ones it would pull the surface toward the boundary, and
+    with zeros it would flatten it there.
+
+    Parameters
+    ----------
+    L : Laplacian
+    delta : (n, 3) float64
+        Changed in place.
+    boundary : (b,) int32
+    """
+    if len(boundary) == 0:
+        return
+    is_inner = np.ones(L.size, dtype=np.bool_)
+    is_inner[boundary] = False
+    row, neighbor = neighbors_of(L, boundary)
+    row, neighbor = row[is_inner[neighbor]], neighbor[is_inner[neighbor]]
+    count = np.bincount(row, minlength=len(boundary))
+    sums = [np.bincount(row, weights=column, minlength=len(boundary)) for column in delta[neighbor].T]
+    delta[boundary] = np.stack(sums, axis=1) / np.maximum(count, 1)[:, None]
 
 
 def blend(L: Laplacian, mask: Floats) -> Floats:

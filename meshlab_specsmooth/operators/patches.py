@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from meshlab_specsmooth.arrays import Booleans, Floats, Integers
-from meshlab_specsmooth.graph.laplacian import Laplacian
+from meshlab_specsmooth.graph.laplacian import Laplacian, neighbors_of
 from meshlab_specsmooth.operators.assemble import Operators, assemble_patch
 from meshlab_specsmooth.runtime import blocks
 
@@ -25,7 +25,7 @@ _SIZE = 1600
 
 #: Where waves are evaluated that are as long as these are wide.
 # docs/constants.md: WIDE
-WIDE = 4000
+WIDE = 6400
 
 #: A mask restricts what is measured only if it leaves this many vertices.
 MIN_COUNTED = 200
@@ -34,7 +34,7 @@ MIN_COUNTED = 200
 # must be left for that.
 # docs/constants.md: _MARGIN
 _MARGIN = 3
-_MARGIN_OF_WIDE = 7
+_MARGIN_OF_WIDE = 9
 MIN_VERTICES = 50
 
 # Cells to a side of the grid that starts are spread over, and the bits of a cell's number along one axis, at the places
@@ -134,15 +134,6 @@ def find_interior(ops: Operators, mask: Booleans | None = None, margin: int = _M
     if mask is not None and (interior & mask).sum() >= MIN_COUNTED:
         interior &= mask
     return interior
-
-
-def neighbors_of(L: Laplacian, vertices: npt.NDArray[np.integer]) -> tuple[npt.NDArray[np.int64], Integers]:
-    """All neighbors of some vertices: the row in ``vertices`` whose neighbor each is, and the neighbor."""
-    first = L.graph.indptr
-    degree = first[np.asarray(vertices) + 1] - first[vertices]
-    begin = np.cumsum(degree) - degree
-    entries = np.repeat(first[vertices] - begin, degree) + np.arange(degree.sum())
-    return np.repeat(np.arange(len(vertices)), degree), L.graph.indices[entries]
 
 
 def _spread(X: Floats) -> list[int]:

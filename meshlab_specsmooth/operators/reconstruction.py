@@ -32,7 +32,7 @@ TOLERANCE = 3e-3
 MAX_ITERATIONS = 20_000
 
 # Rounding does not allow for a residual that is much less.
-_MIN_RESIDUAL = 1e-12
+_MIN_RESIDUAL = 1e-13
 
 
 def error_gain(eigenvalues: Floats, weight: float) -> Floats:

@@ -99,6 +99,7 @@ class CandidateLowPass:
 
         def remove(X: Floats) -> tuple[Floats, Floats | None]:
             delta = L @ X
+            # one-sided: the weights that are chosen on patches are then nearest to the best for the whole
             delta[ops.boundary_vertices] = 0.0
             start = divided.apply(L, delta)
             return L @ start + (constant - 1) * delta, start

@@ -16,7 +16,7 @@ from meshlab_specsmooth.noise.estimate import MAX_WEIGHT
 from meshlab_specsmooth.noise.model import Noise
 from meshlab_specsmooth.operators.assemble import Operators, scale_by_power
 from meshlab_specsmooth.operators.barycenters import Gram, weighted_gram_of_barycenters
-from meshlab_specsmooth.operators.boundary import BoundaryCurve, blend
+from meshlab_specsmooth.operators.boundary import BoundaryCurve, blend, extend_to_boundary
 from meshlab_specsmooth.operators.reconstruction import Constraints, Solution, error_gain, solve
 from meshlab_specsmooth.parameters import check_count, check_progress, show
 from meshlab_specsmooth.runtime import blocks
@@ -61,7 +61,10 @@ _WAVELENGTH_LIMITS = (1e-30, 1e30)
 
 @dataclass(frozen=True, eq=False)
 class _Barycenters:
-    """How firmly the barycenters are held: one weight, or a Gram matrix that contains the weights of the faces."""
+    """How firmly the barycenters are held: one weight, or a Gram matrix that contains the weights of the faces.
+
+    ``release`` is about the fraction of the low-pass' displacement that they allow, for a start of step 3.
+    """
 
     given: float | Floats
     lowest: float
@@ -212,8 +215,8 @@ def _run(
         step_3 = subrange(progress, (number + sweeping) / iterations, (1 - sweeping) / iterations)
         V = ops.positions + displacement if number else ops.positions
         delta = ops.L.product(V, work.borrow(V))
-        if region.is_constrained:
-            delta *= region.rows
+        if region.holds_boundary:
+            extend_to_boundary(ops.L, delta, ops.boundary_vertices)
         change, start = _filter_coordinates(setting, across.filter, ops.L, delta, step_2, work)
         if region.is_partial:
             change *= region.change
@@ -379,19 +382,14 @@ def split_progress(method: str, ops: Operators, progress: Progress | None) -> tu
 def _hold_barycenters(ops: Operators, weight: float | Floats) -> _Barycenters:
     """One weight, or for weights of the vertices those of the faces, the mean over the corners."""
     if not isinstance(weight, np.ndarray):
-        return _Barycenters(weight, weight, ops.gram, weight, float(_estimate_release(np.float64(weight))))
+        return _Barycenters(weight, weight, ops.gram, weight, min(1.0, weight**-2.0))
     n = len(ops.surface.vertices)
     if len(weight) != n:
         raise InvalidParameter(f"barycenter_weight has {len(weight)} entries; this mesh has {n} vertices")
     of_faces = weight[ops.active][ops.faces].mean(axis=1)
     gram = weighted_gram_of_barycenters(ops.faces, len(ops.active), of_faces)
-    release = _estimate_release(np.sqrt(9 * gram.diagonal / ops.L.degree))
+    release = np.minimum(1.0, ops.L.degree / (9 * gram.diagonal))
     return _Barycenters(weight, float(of_faces.min()), gram, 1.0, release)
-
-
-def _estimate_release(weight: Floats) -> Floats:
-    """About the fraction of the low-pass' displacement that barycenters with a weight allow, for a start of step 3."""
-    return np.minimum(1.0, weight**-2.0)
 
 
 def leave_empty(ops: Operators, setting: Setting, low_pass: LowPassLike, began: float) -> SmoothingResult:

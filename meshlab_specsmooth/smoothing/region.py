@@ -32,6 +32,8 @@ class ActiveRegion:
         1 where the least squares of the surface moves them; 0 on a boundary that is held.
     rows : (k, 1) float64
         1 where differential coordinates are prescribed.
+    holds_boundary : bool
+        Whether the boundary has no differential coordinates prescribed.
     is_constrained : bool
         Whether ``free`` or ``rows`` are 0 anywhere.
     is_partial : bool
@@ -42,6 +44,7 @@ class ActiveRegion:
     inside: Floats
     free: Floats
     rows: Floats
+    holds_boundary: bool
     is_constrained: bool
     is_partial: bool
 
@@ -57,7 +60,8 @@ def resolve_region(ops: Operators, region: Region, change: Floats | float = 1.0)
         free[ops.boundary_vertices] = 0
     change = np.broadcast_to(change, inside.shape) if region.mask is None else change * inside
     is_partial = region.mask is not None or bool((change != 1).any())
-    return ActiveRegion(change, inside, free, rows, holds_boundary or region.mask is not None, is_partial)
+    is_constrained = holds_boundary or region.mask is not None
+    return ActiveRegion(change, inside, free, rows, holds_boundary, is_constrained, is_partial)
 
 
 def check_region(ops: Operators, region: Region) -> None:
