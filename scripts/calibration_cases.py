@@ -670,32 +670,36 @@ EIGENPAIRS, SOLVES = "eigenpairs complete, to 1e-8, orthogonal", "columns solved
 # --- tolerances ---
 
 
-def reconstruction_off() -> dict[str, float]:
-    """Share of itself that a displacement is off by."""
+def displacement_off() -> dict[str, float]:
+    """Share of itself that a displacement is off by, against eigenvectors and least squares to 1e-9."""
     found = {}
-    for make in (shapes.ellipsoid, shapes.gear, shapes.saddle, shapes.graded):
+    for make in (shapes.knot, shapes.gear, shapes.saddle, shapes.graded):
         noisy = shapes.noisy(make(), shapes.white, 0.2)
-        from meshlab_specsmooth.operators import reconstruction
-
         ops = mss.assemble(noisy.vertices, noisy.faces)
-        change = -(ops.L @ ops.positions)
-        for weight in (0.1, 0.4, 1.0):
-            exact = reconstruction.solve(ops.L, ops.gram, weight, change.copy(), rtol=1e-9).displacement
-            x = reconstruction.solve(ops.L, ops.gram, weight, change.copy(), rtol=reconstruction.TOLERANCE).displacement
-            found[f"{make.__name__} {weight}"] = float(np.linalg.norm(x - exact) / np.linalg.norm(exact))
+        edge = float(np.ldexp(ops.mean_edge, ops.exponent))
+        for response in ("butterworth", "heat"):
+            for weight in (0.03, 0.1, 0.3, 1.0):
+                given = {"wavelength": 8 * edge, "response": response, "barycenter_weight": weight}
+                exact = mss.smooth(ops, method="exact", tolerance=1e-9, **given).vertices
+                x = mss.smooth(ops, method="chebyshev", **given).vertices
+                moved = float(np.linalg.norm(exact - ops.surface.vertices))
+                found[f"{make.__name__} {response} {weight}"] = float(np.linalg.norm(x - exact)) / moved
     return found
 
 
-def polynomial_off() -> dict[str, float]:
-    """Displacement by the polynomial against that by eigenvectors, relative to the differential coordinates."""
+def sweeps() -> dict[str, float]:
+    """Sweeps over a mesh that the least squares take."""
+    from meshlab_specsmooth.operators import preconditioner
+
     found = {}
-    for make in (shapes.knot, shapes.gear, shapes.saddle):
-        ops = mss.assemble(*vars(shapes.noisy(make(), shapes.white, 0.2)).values())
-        delta = np.ldexp(np.linalg.norm(ops.L @ ops.positions), ops.exponent)
-        for response in ("butterworth", "heat"):
-            given = {"modes": 100, "response": response, "barycenter_weight": 0.3}
-            exact, polynomial = (mss.smooth(ops, method=method, **given).vertices for method in ("exact", "chebyshev"))
-            found[f"{make.__name__} {response}"] = float(np.linalg.norm(polynomial - exact) / delta)
+    for make in (shapes.ellipsoid, shapes.gear, shapes.saddle, shapes.graded):
+        noisy = shapes.noisy(make(), shapes.white, 0.2)
+        ops = mss.assemble(noisy.vertices, noisy.faces)
+        for weight in (0.03, 0.1, 0.3, 0.7):
+            count = mss.smooth(ops, barycenter_weight=weight, boundary="free").cg_iterations[0]
+            # a product with the matrix is two sweeps, and the rest of an iteration about one
+            kept = preconditioner.precondition(ops.L, weight**2 * ops.gram.diagonal, is_uniform=True, free=None)
+            found[f"{make.__name__} {weight}"] = count * (3.0 + (0 if kept is None else len(kept.series[0])))
     return found
 
 

@@ -24,7 +24,6 @@ _COUNT = 5
 _SIZE = 1600
 
 #: Where waves are evaluated that are as long as these are wide.
-# docs/constants.md: WIDE
 WIDE = 6400
 
 #: A mask restricts what is measured only if it leaves this many vertices.

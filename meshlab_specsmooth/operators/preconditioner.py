@@ -32,11 +32,9 @@ _MAX_RESIDUAL = 0.3
 
 # Factor by which an iteration reduces the error, at least: the relative spread of 1 / d over the vertices, within these
 # bounds. Where the last iteration reduced it less, that counts.
-# docs/constants.md: _CONTRACTIONS
 _CONTRACTIONS = (0.2, 0.7)
 
 # Where iterations reduce the error that fast, it is below this many times the residual over the weight.
-# docs/constants.md: _MAX_RESIDUAL_OVER_WEIGHT
 _MAX_RESIDUAL_OVER_WEIGHT = 4.0
 
 # From this weight on the diagonal is as good a preconditioner. Below the other one the polynomial is that of this

@@ -28,6 +28,7 @@ from meshlab_specsmooth.runtime.progress import Progress
 from meshlab_specsmooth.runtime.workspace import Workspace
 
 #: Relative error of the displacement that does not show: of noise of 0.2 edges it is less than a thousandth of an edge.
+# docs/constants.md: TOLERANCE
 TOLERANCE = 3e-3
 MAX_ITERATIONS = 20_000
 

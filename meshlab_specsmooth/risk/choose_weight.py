@@ -61,7 +61,6 @@ _TOLERANCE = 2.5e-3
 _RISK_TOLERANCE = 0.02
 
 # A smaller weight smooths waves that are as long as patches are wide; then wider ones decide.
-# docs/constants.md: _NARROW
 _NARROW = 0.1
 
 # Below this fraction of an edge there is nothing to choose for.
