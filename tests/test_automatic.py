@@ -122,6 +122,45 @@ def test_large_meshes_are_represented_by_patches():
 
 
 @pytest.mark.no_cover
+def bumpy(nx, ny):
+    """A torus with bumps, irregular: a random diagonal in each square."""
+    V, F = torus(nx, ny)
+    t, p = np.arctan2(V[:, 1], V[:, 0]), np.arctan2(V[:, 2], np.hypot(V[:, 0], V[:, 1]) - 3)
+    r = 1 + 0.05 * np.cos(9 * t) * np.cos(3 * p)
+    half = len(F) // 2
+    (a, b, c), d = F[:half].T, F[half:, 2]
+    other = (np.random.default_rng(3).random(half) < 0.5)[:, None]
+    one = np.where(other, np.stack([a, b, d], axis=1), F[:half])
+    two = np.where(other, np.stack([b, c, d], axis=1), F[half:])
+    ring = 3 + r * np.cos(p)
+    return np.stack([ring * np.cos(t), ring * np.sin(t), r * np.sin(p)], axis=1), np.concatenate([one, two])
+
+
+@pytest.mark.parametrize("make", [torus, bumpy])
+def test_what_is_sampled_more_densely_comes_out_better(make):
+    angles, errors = [], []
+    for n in (1, 2, 4):
+        clean = make(80 * n, 50 * n)
+        result = mss.smooth(*noisy(clean, 0.2)).vertices
+        angles.append(turned(result, clean))
+        errors.append(across(result, clean) * edge_of(*clean))
+    assert errors[2] < 0.6 * errors[1] < 0.6 * 0.6 * errors[0]
+    if make is bumpy:
+        assert angles[2] < 0.6 * angles[1] < 0.6 * 0.6 * angles[0]
+    else:  # nothing is left but the noise in waves of more than 20 edges, which are kept at any density
+        assert max(angles) < 0.4
+
+
+def test_at_any_size_the_weight_is_that_of_the_least_error():
+    clean = bumpy(440, 275)  # more than are searched thoroughly
+    ops = mss.assemble(*noisy(clean, 0.2))
+    result = mss.smooth(ops)
+    assert result.barycenter_weight < 0.2  # a first guess is 0.35
+    weights = (0.5, 0.35, 0.25, 0.18, 0.12, 0.09, 0.06, 0.045, 0.03, 0.02)
+    best = [mss.smooth(ops, barycenter_weight=w).vertices for w in weights]
+    assert across(result.vertices, clean) < 1.05 * min(across(X, clean) for X in best)
+
+
 def test_the_choice_scales_and_repeats_to_the_bit():
     V, F = noisy(TORUS, 0.2)
     one, again, scaled = mss.smooth(V, F), mss.smooth(V, F), mss.smooth(V * 2.0**20, F)

@@ -86,7 +86,10 @@ def draw_patches(ops: Operators, mask: Booleans | None = None) -> Patches:
 
 
 def widen_patches(ops: Operators, patches: Patches, mask: Booleans | None = None) -> Patches:
-    """Patches of :data:`WIDE` vertices at the same places, of which fewer next to the boundary count."""
+    """Patches of :data:`WIDE` vertices at the same places, of which fewer next to the boundary count; or all of it."""
+    if len(ops.positions) <= _COUNT * WIDE:
+        vertices, faces = _sort(ops.positions, ops.faces, np.arange(len(ops.positions)))
+        return _assemble(ops, vertices, faces, mask, _MARGIN, ())
     return _assemble(ops, *_cut_out(ops, patches.starts, WIDE), mask, _MARGIN_OF_WIDE, patches.starts)
 
 
