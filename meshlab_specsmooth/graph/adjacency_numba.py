@@ -14,7 +14,7 @@ import numba
 import numpy as np
 
 from meshlab_specsmooth.arrays import Integers
-from meshlab_specsmooth.graph.adjacency import Adjacency
+from meshlab_specsmooth.graph.adjacency import Adjacency, Graph
 from meshlab_specsmooth.runtime import backend, blocks
 
 _compiled = functools.partial(numba.njit, nogil=True, cache=backend.CAN_CACHE)
@@ -44,6 +44,33 @@ def adjacency(F: Integers, n: int) -> Adjacency:
     indptr, indices, faces = _merged(start, leaving, arriving, n)
     irregular = np.flatnonzero(faces != 2)
     return Adjacency(indptr, indices, irregular, faces[irregular], count)
+
+
+def label_components(graph: Graph) -> tuple[int, Integers]:
+    """Number of connected components, and (n,) the component of each vertex, numbered by their first vertices."""
+    labels, stack = np.full(graph.size, -1, dtype=np.int32), np.empty(graph.size, dtype=np.int32)
+    return _label(graph.indptr, graph.indices, labels, stack), labels
+
+
+@_compiled
+def _label(indptr, indices, labels, stack):  # type: ignore[no-untyped-def]
+    count = 0
+    for start in range(len(labels)):
+        if labels[start] >= 0:
+            continue
+        labels[start] = count
+        stack[0], top = start, 1
+        while top > 0:
+            top -= 1
+            i = stack[top]
+            for k in range(indptr[i], indptr[i + 1]):
+                j = indices[k]
+                if labels[j] < 0:
+                    labels[j] = count
+                    stack[top] = j
+                    top += 1
+        count += 1
+    return count
 
 
 def _merged(start: Integers, leaving: Integers, arriving: Integers, n: int) -> tuple[Integers, Integers, Integers]:

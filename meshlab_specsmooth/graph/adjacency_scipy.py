@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from meshlab_specsmooth.arrays import Integers
-from meshlab_specsmooth.graph.adjacency import Adjacency
+from meshlab_specsmooth.graph.adjacency import Adjacency, Graph
 
 
 def adjacency(F: Integers, n: int) -> Adjacency:
@@ -22,3 +23,13 @@ def adjacency(F: Integers, n: int) -> Adjacency:
     irregular = np.flatnonzero(both.data != 2)
     indptr, indices = (x.astype(np.int32, copy=False) for x in (both.indptr, both.indices))
     return Adjacency(indptr, indices, irregular, both.data[irregular], leaving)
+
+
+def label_components(graph: Graph) -> tuple[int, Integers]:
+    """Number of connected components, and (n,) the component of each vertex, numbered by their first vertices."""
+    # every edge is stored in both directions, so strong connection is connection, and takes half of the time
+    count, labels = connected_components(graph.adjacency(), directed=True, connection="strong")
+    _, first = np.unique(labels, return_index=True)
+    rank = np.empty(count, dtype=np.int32)
+    rank[np.argsort(first)] = np.arange(count, dtype=np.int32)
+    return int(count), rank[labels]

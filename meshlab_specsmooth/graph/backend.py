@@ -24,6 +24,8 @@ class Backend:
     ----------
     adjacency : callable
         From faces (m, 3) and the number of vertices to the neighbors of each vertex.
+    label_components : callable
+        From a graph to the number of its connected components, and the component of each vertex.
     vertex_kernels : callable
         From a graph to its kernels.
     face_graph : callable
@@ -36,6 +38,7 @@ class Backend:
     """
 
     adjacency: Callable[[Integers, int], Adjacency]
+    label_components: Callable[[Graph], tuple[int, Integers]]
     vertex_kernels: Callable[[Graph], VertexKernels]
     face_graph: Callable[[Integers, int], FaceGraph]
     face_kernels: Callable[[FaceGraph], FaceKernels]
@@ -44,6 +47,7 @@ class Backend:
 
 SCIPY = Backend(
     adjacency_scipy.adjacency,
+    adjacency_scipy.label_components,
     ScipyVertexKernels,
     face_adjacency_scipy.face_graph,
     ScipyFaceKernels,
@@ -69,6 +73,7 @@ def select(n: int) -> Backend:
 
     return Backend(
         adjacency_numba.adjacency,
+        adjacency_numba.label_components,
         NumbaVertexKernels,
         face_adjacency_numba.face_graph,
         NumbaFaceKernels,

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.graph.laplacian import Laplacian, neighbors_of
+from meshlab_specsmooth.runtime import blocks
 
 # The distance of a stray vertex from the mean of its neighbors exceeds the median distance by the first factor, the
 # edges around it by the second, and the second largest distance among its neighbors (each without the stray) by the
@@ -92,7 +93,8 @@ def replace_outliers(
 
 
 def _find(X: Floats, L: Laplacian, held: npt.NDArray[np.integer] | None) -> npt.NDArray[np.int64]:
-    distance = np.linalg.norm(L @ X, axis=1)
+    off, distance = L @ X, np.empty(len(X))
+    blocks.parallel_rows(lambda at: np.sqrt(np.einsum("ij,ij->i", off[at], off[at]), out=distance[at]), len(X))
     if held is not None:
         distance[held] = 0.0
     median = float(np.median(distance))

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import numpy as np
-import numpy.typing as npt
-from scipy.sparse.csgraph import connected_components
-
+from meshlab_specsmooth.arrays import Integers
+from meshlab_specsmooth.graph import backend
 from meshlab_specsmooth.graph.laplacian import Laplacian
 
 
-def label_components(L: Laplacian) -> tuple[int, npt.NDArray[np.int32]]:
+def label_components(L: Laplacian) -> tuple[int, Integers]:
     """Number of connected components, and (n,) the component of each vertex."""
-    # every edge is stored in both directions, so strong connection is connection, and takes half of the time
-    count, labels = connected_components(L.graph.adjacency(), directed=True, connection="strong")
-    return int(count), labels
+    return backend.select(L.size).label_components(L.graph)

@@ -24,7 +24,7 @@ _COUNT = 5
 _SIZE = 1600
 
 #: Where waves are evaluated that are as long as these are wide.
-WIDE = 6400
+WIDE = 5000
 
 #: A mask restricts what is measured only if it leaves this many vertices.
 MIN_COUNTED = 200
@@ -33,7 +33,7 @@ MIN_COUNTED = 200
 # must be left for that.
 # docs/constants.md: _MARGIN
 _MARGIN = 3
-_MARGIN_OF_WIDE = 9
+_MARGIN_OF_WIDE = 8
 MIN_VERTICES = 50
 
 # Cells to a side of the grid that starts are spread over, and the bits of a cell's number along one axis, at the places

@@ -5,9 +5,9 @@ The filter is linear, so what it makes of the noise is computed once for each we
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 
@@ -184,18 +184,20 @@ def choose_weight(
     if len(ops.positions) > LARGE:
         candidates = candidates[:1]
     share = (1 - _MEASURING) / len(candidates)
+    is_wide = not patches.starts or noise.kind == IMPULSE
+    lowest = MIN_WEIGHT if is_wide else _NARROW / 2
     considered, minima = [], []
     for i, candidate in enumerate(candidates):
         report = subrange(progress, _MEASURING + i * share, share)
-        weight, risk, curve = search_weight(on, counted, found, criterion, candidate, report)
+        weight, risk, curve = search_weight(on, counted, found, criterion, candidate, report, lowest=lowest)
         minima.append(ConsideredWeight(weight, i, risk))
         considered += [ConsideredWeight(w, i, r) for w, r in curve]
     best = min(minima, key=lambda each: each.risk)
-    if patches.starts and best.weight < _NARROW and noise.kind != IMPULSE:
+    if not is_wide and best.weight < _NARROW:
         wide = widen_patches(ops, patches, mask)
         on, candidate = wide.ops, candidates[best.low_pass]
         found = replace(found, normals=compute_guide_normals(on, noise.level))
-        weight, risk, curve = search_weight(on, wide.counted, found, criterion, candidate, guess=best.weight)
+        weight, risk, curve = search_weight(on, wide.counted, found, criterion, candidate, guess=best.weight / 2)
         best = ConsideredWeight(weight, best.low_pass, risk)
         considered = [ConsideredWeight(w, best.low_pass, r) for w, r in curve]
     return WeightChoice(best.weight, best.risk, noise, best.low_pass, tuple(considered))
@@ -209,6 +211,7 @@ def search_weight(
     candidate: CandidateLowPass,
     progress: Progress | None = None,
     guess: float | None = None,
+    lowest: float = MIN_WEIGHT,
 ) -> tuple[float, float, list[tuple[float, float]]]:
     """Weight and risk at the minimum for one low-pass, and all that were evaluated, from a guess on."""
     noise, n = found.noise, found.normals
@@ -216,22 +219,21 @@ def search_weight(
         return initial_weight(0.0), noise.level**2, []
     factor = LEVEL_FACTORS[criterion]
     z = sample(ops.L, n, noise, _SEED) * factor
-    start = initial_weight(noise.level / ops.mean_edge) if guess is None else guess
+    begin = initial_weight(noise.level / ops.mean_edge) if guess is None else guess
     remove = candidate.remover(ops, MIN_WEIGHT)
     constraints = _hold_boundary(ops)
-    from_shape, from_noise = remove(ops.positions), remove(z)
+    both = ops.positions, z
+    removed = _in_threads(remove, both)
     curve: list[tuple[float, float]] = []
-
-    reconstructed = [ops.positions, z]
-
-    def reconstruct_one(k: int, weight: float) -> None:
-        X, (change, start) = ((ops.positions, from_shape), (z, from_noise))[k]
-        reconstructed[k] = reconstruct(ops.L, ops.gram, X, weight, change, GUIDE_RTOL, start, constraints)
 
     def risk(log_weight: float) -> float:
         weight = float(np.exp(log_weight))
-        blocks.map_threads(lambda k: reconstruct_one(k, weight), range(2))
-        shape, filtered = reconstructed
+
+        def apply(given: tuple[Floats, tuple[Floats, Floats | None]]) -> Floats:
+            X, (change, start) = given
+            return reconstruct(ops.L, ops.gram, X, weight, change, GUIDE_RTOL, start, constraints)
+
+        shape, filtered = _in_threads(apply, zip(both, removed, strict=True))
         moved = ((shape - ops.positions) * n).sum(axis=1)[counted]
         value, _ = compute_risk(moved, z[counted], filtered[counted])
         curve.append((weight, value))
@@ -240,8 +242,20 @@ def search_weight(
         return value
 
     tolerance = _RISK_TOLERANCE if criterion == "position" else 0.0
-    log_weight, least = _minimize(risk, float(np.log(start)), tolerance, MIN_WEIGHT)
+    log_weight, least = _minimize(risk, float(np.log(begin)), tolerance, lowest)
     return float(np.clip(np.exp(log_weight), MIN_WEIGHT, MAX_WEIGHT)), least, curve
+
+
+def _in_threads(work: Callable[[Any], Any], items: Iterable[Any]) -> list[Any]:
+    """The results for some items, each in a thread: patches are too small to be split."""
+    items = list(items)
+    results = [None] * len(items)
+
+    def run(k: int) -> None:
+        results[k] = work(items[k])
+
+    blocks.map_threads(run, range(len(items)))
+    return results
 
 
 def _hold_boundary(ops: Operators) -> Constraints | None:
