@@ -38,7 +38,7 @@ from meshlab_specsmooth.edge_aware.search import (
 from meshlab_specsmooth.edge_aware.settings import CLIPPED, GIVEN, SMOOTHED, EdgeAware, EdgeAwareRegion
 from meshlab_specsmooth.geometry.surface import Surface
 from meshlab_specsmooth.geometry.welding import find_copies
-from meshlab_specsmooth.noise.estimate import MAX_WEIGHT, estimate
+from meshlab_specsmooth.noise.estimate import MAX_WEIGHT, NoiseEstimate, estimate
 from meshlab_specsmooth.noise.model import IMPULSE, UNCLEAR, Noise
 from meshlab_specsmooth.noise.outliers import describe_outliers, replace_outliers
 from meshlab_specsmooth.noise.parts import Part, describe_left_alone, describe_levels, group_components
@@ -51,22 +51,24 @@ from meshlab_specsmooth.operators.assemble import (
     find_referenced_vertices,
 )
 from meshlab_specsmooth.operators.components import label_components
+from meshlab_specsmooth.operators.patches import Patches
 from meshlab_specsmooth.parameters import check_flag
-from meshlab_specsmooth.risk.choose_weight import LEVEL_FACTORS
+from meshlab_specsmooth.risk.choose_weight import LEVEL_FACTORS, CandidateLowPass, choose_on_patches
 from meshlab_specsmooth.runtime import blocks
 from meshlab_specsmooth.runtime.bars import begin
 from meshlab_specsmooth.runtime.memory import require
 from meshlab_specsmooth.runtime.progress import Progress, announce, finish, subrange
+from meshlab_specsmooth.smoothing.filter import DEFAULT_WAVELENGTH_IN_EDGES
 from meshlab_specsmooth.smoothing.result import join_warnings
 from meshlab_specsmooth.smoothing.tangential import tangential_fraction
+from meshlab_specsmooth.spectral.low_pass import Heat
 
 # Fractions of a call at which the operators are assembled, and the setting is chosen.
 _ASSEMBLED, _CHOSEN = 0.1, 0.6
 
-# Peak memory of a call, with room to spare: 600 bytes a face were measured at two million faces with the compiled
-# kernels.
+# Peak memory of a call; 579 to 1260 bytes a face were measured.
 # docs/constants.md: _BYTES_PER_FACE
-_BYTES_PER_FACE = 900
+_BYTES_PER_FACE = 1300
 
 
 def denoise_mesh(
@@ -235,7 +237,10 @@ def _denoise(
         # the isotropic filter has no creases
         with_isotropic = with_isotropic and mesh.cut is None
         share = subrange(progress, _ASSEMBLED, _CHOSEN - _ASSEMBLED)
-        candidates = search_settings(search, setting, with_isotropic, share)
+        isotropic = None
+        if with_isotropic and is_automatic and noise.kind != IMPULSE:
+            isotropic = _choose_isotropic(mesh, patches, found, criterion)
+        candidates = search_settings(search, setting, with_isotropic, isotropic, share)
         if noise.kind == IMPULSE and is_automatic and mesh.cut is None:
             candidates.append(evaluate_clipped(search, criterion))
         candidates = rank(candidates, has_tolerance=criterion == "position")
@@ -253,8 +258,8 @@ def _denoise(
     if is_automatic and change.excessive.any():
         Y, weight, note = _weaken(whole, Y, criterion, noise, change, fractions)
         notes.append(note)
-        isotropic = EdgeAware(iterations=0, start=SMOOTHED, barycenter_weight=weight)
-        candidates = [Candidate(isotropic, np.nan), *candidates]
+        weaker = EdgeAware(iterations=0, start=SMOOTHED, barycenter_weight=weight)
+        candidates = [Candidate(weaker, np.nan), *candidates]
     elif not is_automatic and change.is_large:
         notes.append(f"this setting changes the shape: {change.describe()}")
     report(1.0)
@@ -280,6 +285,14 @@ def _denoise(
         seconds=0.0,
         creases=0 if mesh.cut is None else len(mesh.cut.edges),
     )
+
+
+def _choose_isotropic(mesh: FaceOperators, patches: Patches, found: NoiseEstimate, criterion: str) -> Candidate:
+    """The isotropic filter with the weight that it chooses by itself, which lets hardly any noise through."""
+    on = replace(mesh.ops, positions=mesh.V[mesh.ops.active])
+    low_pass = CandidateLowPass(Heat().family, DEFAULT_WAVELENGTH_IN_EDGES)
+    choice = choose_on_patches(on, patches, found, criterion, [low_pass], mesh.counted[mesh.ops.active])
+    return Candidate(EdgeAware(iterations=0, start=SMOOTHED, barycenter_weight=choice.weight), choice.risk)
 
 
 def _denoise_repaired(

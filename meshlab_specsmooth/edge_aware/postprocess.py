@@ -16,6 +16,8 @@ _MAX_REPAIRS = 10
 
 def repair_flips(mesh: FaceOperators, Y: Floats, smoothed: Floats, repairs: int = _MAX_REPAIRS) -> tuple[Floats, int]:
     """The vertices, those of flipped faces moved toward their neighbors; and how many faces stay flipped."""
+    if Y is smoothed:  # there is nothing to compare with
+        return Y, 0
     flipped = _find_flipped(mesh, Y, smoothed)
     for _ in range(repairs):
         if not flipped.any():

@@ -58,6 +58,10 @@ _RANGE_SIGMAS = (0.14, 1.0)
 # docs/constants.md: _RISK_TOLERANCE
 _RISK_TOLERANCE = 0.01
 
+# Neighbors of a setting reduce the error by less than this factor.
+# docs/constants.md: _FAR_BETTER
+_FAR_BETTER = 0.8
+
 _Key = tuple[str, float, float, float]  # start, strength, range sigma, weight
 
 
@@ -145,9 +149,16 @@ def prepare_search(mesh: FaceOperators, L: Laplacian, found: NoiseEstimate, fact
 
 
 def search_settings(
-    search: Search, given: EdgeAware, with_isotropic: bool, progress: Progress | None
+    search: Search,
+    given: EdgeAware,
+    with_isotropic: bool,
+    isotropic: Candidate | None,
+    progress: Progress | None,
 ) -> list[Candidate]:
-    """Evaluate settings: coarse ones, then the neighbors of the best as long as they are better."""
+    """Evaluate settings: coarse ones, then the neighbors of the best as long as they are better.
+
+    ``isotropic`` is the isotropic filter's own choice; where it is better by far, the neighbors are not evaluated.
+    """
     found: dict[_Key, list[Candidate]] = {}
 
     def evaluate(key: _Key) -> float:
@@ -167,9 +178,12 @@ def search_settings(
 
     weight = guide_weight(search.probe.level)
     best = min((fill(start, t, sigma, weight * firmer) for start, t, sigma, firmer in _COARSE), key=evaluate)
-    for ratios in _RATIOS:
+    is_beaten = isotropic is not None and isotropic.risk < _FAR_BETTER**2 * evaluate(best)
+    for ratios in () if is_beaten else _RATIOS:
         best = min([best, *_neighbors_of(best, given, *ratios)], key=evaluate)
     candidates = [each for path in found.values() for each in path]
+    if isotropic is not None:
+        candidates.append(isotropic)
     if with_isotropic:
         for w in (weight / _FIRMER, weight, weight * _FIRMER):
             setting = EdgeAware(iterations=0, start=SMOOTHED, barycenter_weight=w)

@@ -26,7 +26,7 @@ from meshlab_specsmooth.spectral import density, eigenbasis
 from meshlab_specsmooth.spectral.density import Density
 
 # Peak memory of a call beyond the arrays that it is given, a copy of the input included, with room to spare:
-# scripts/benchmark_speed.py measured 387 to 411 bytes a vertex with the compiled kernels.
+# scripts/benchmark_speed.py measured 308 to 367 bytes a vertex with the compiled kernels.
 # docs/constants.md: BYTES_PER_VERTEX
 BYTES_PER_VERTEX = 600
 

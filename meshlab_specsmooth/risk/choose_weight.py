@@ -24,7 +24,7 @@ from meshlab_specsmooth.noise.estimate import (
 from meshlab_specsmooth.noise.model import IMPULSE, Noise
 from meshlab_specsmooth.noise.sample import sample
 from meshlab_specsmooth.operators.assemble import Operators, at_positions
-from meshlab_specsmooth.operators.patches import draw_patches, find_interior, widen_patches
+from meshlab_specsmooth.operators.patches import Patches, draw_patches, find_interior, widen_patches
 from meshlab_specsmooth.operators.reconstruction import Constraints, error_gain, reconstruct
 from meshlab_specsmooth.risk.impulses import clip_impulses
 from meshlab_specsmooth.risk.sure import compute_risk
@@ -169,12 +169,25 @@ def choose_weight(
     """
     announce(progress, "measuring noise")
     patches = draw_patches(ops, mask)
-    on, counted = patches.ops, patches.counted
-    found = estimate(on, counted)
+    found = estimate(patches.ops, patches.counted)
     if progress is not None:
         progress(_MEASURING)
     announce(progress, "choosing")
-    noise = found.noise
+    rest = subrange(progress, _MEASURING, 1 - _MEASURING)
+    return choose_on_patches(ops, patches, found, criterion, candidates, mask, rest)
+
+
+def choose_on_patches(
+    ops: Operators,
+    patches: Patches,
+    found: NoiseEstimate,
+    criterion: str,
+    candidates: Sequence[CandidateLowPass],
+    mask: Booleans | None = None,
+    progress: Progress | None = None,
+) -> WeightChoice:
+    """The same where patches are drawn and their noise is measured; parameters as for :func:`choose_weight`."""
+    noise, on, counted = found.noise, patches.ops, patches.counted
     if noise.is_left_alone:
         return WeightChoice(MAX_WEIGHT, max(noise.level, noise.resolution) ** 2, noise)
     if noise.kind == IMPULSE:
@@ -183,12 +196,12 @@ def choose_weight(
         found = estimate(on, counted)
     if len(ops.positions) > LARGE:
         candidates = candidates[:1]
-    share = (1 - _MEASURING) / len(candidates)
+    share = 1 / len(candidates)
     is_wide = not patches.starts or noise.kind == IMPULSE
     lowest = MIN_WEIGHT if is_wide else _NARROW / 2
     considered, minima = [], []
     for i, candidate in enumerate(candidates):
-        report = subrange(progress, _MEASURING + i * share, share)
+        report = subrange(progress, i * share, share)
         weight, risk, curve = search_weight(on, counted, found, criterion, candidate, report, lowest=lowest)
         minima.append(ConsideredWeight(weight, i, risk))
         considered += [ConsideredWeight(w, i, r) for w, r in curve]
