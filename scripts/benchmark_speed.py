@@ -3,11 +3,12 @@
 
 python3 scripts/benchmark_speed.py                    everything; a quarter of an hour on two cores
 python3 scripts/benchmark_speed.py --only bridge      one measure (see --help)
+python3 scripts/benchmark_speed.py --only front       error against seconds, of other libraries' filters too
 python3 scripts/benchmark_speed.py --small --runs 1   a test run of a minute; its figures mean nothing
 
 Every measure runs in a process of its own, after a warm-up; what is compared takes turns, and medians are shown. The
-meshes are irregular tori (a random diagonal in each quad) with noise of 0.2 edges. Writes benchmark/speed.txt and
-speed.png.
+meshes are irregular tori (a random diagonal in each quad) with noise of 0.2 edges. Writes benchmark/speed.txt,
+speed.png and front.png.
 """
 
 import argparse
@@ -22,10 +23,13 @@ from pathlib import Path
 
 import bootstrap
 
-bootstrap.enter("demo")
+PEERS = {"peers", "peers_unheld", "front"}  # compared with other libraries
+ALONE = {sys.argv[i + 1] for i, word in enumerate(sys.argv[:-1]) if word in ("--only", "--measure")}
+bootstrap.enter("demo" if ALONE and not ALONE & PEERS else "peers")
 if "--without-fast" in sys.argv:
     sys.modules["numba"] = None  # as if the extra were not installed
 
+import benchmark_peers  # noqa: E402
 import numpy as np  # noqa: E402
 import pymeshlab  # noqa: E402
 from scipy.sparse import csr_array, diags_array, eye_array  # noqa: E402
@@ -42,21 +46,13 @@ from meshlab_specsmooth.spectral import eigenbasis  # noqa: E402
 Seconds = dict[str, float]
 OURS, EDGE_AWARE = "apply_coord_spectral_smoothing", "apply_coord_edge_aware_smoothing"
 PAPER = {"modes": 200, "barycenter_weight": 1.0}  # its setting
+WEIGHTS = (0.5, 0.35, 0.25, 0.18, 0.12, 0.09, 0.06, 0.045, 0.03, 0.022, 0.015, 0.01, 0.007)
 
 
 def torus(vertices: int) -> Surface:
     """A noisy irregular torus with about this number of vertices."""
-    nx, ny = round((1.5625 * vertices) ** 0.5), round((vertices / 1.5625) ** 0.5)
-    i, j = (x.ravel() for x in np.meshgrid(np.arange(nx), np.arange(ny), indexing="ij"))
-    t, p = 2 * np.pi * i / nx, 2 * np.pi * j / ny
-    V = np.stack([(3 + np.cos(p)) * np.cos(t), (3 + np.cos(p)) * np.sin(t), np.sin(p)], axis=1)
-    a, b, c, d = (((i + k) % nx * ny + (j + m) % ny) for k, m in ((0, 0), (1, 0), (1, 1), (0, 1)))
-    one = np.random.default_rng(11).random(len(a)) < 0.5
-    F = np.concatenate(
-        [np.stack(x, axis=1)[y] for x, y in (((a, b, c), one), ((a, c, d), one), ((a, b, d), ~one), ((b, c, d), ~one))]
-    )
-    clean = Surface(V, F)
-    return Surface(gaussian(clean, 0.2, seed=1), F)
+    clean = benchmark_peers.torus(vertices)
+    return Surface(gaussian(clean, 0.2, seed=1), clean.faces)
 
 
 def shuffled(surface: Surface) -> Surface:
@@ -153,7 +149,7 @@ def growth(n: int, runs: int) -> Seconds:
     return in_turn(n, runs, ours=lambda: mss.smooth(surface.vertices, surface.faces))
 
 
-def book(n: int, runs: int) -> Seconds:
+def paper(n: int, runs: int) -> Seconds:
     warm_up()
     surface = torus(n)
     kept = {}
@@ -161,13 +157,31 @@ def book(n: int, runs: int) -> Seconds:
         n,
         runs,
         ours=lambda: kept.update(ours=mss.smooth(surface.vertices, surface.faces, **PAPER, method="chebyshev")),
-        book=lambda: kept.update(book=book_way(surface, 200)),
+        direct=lambda: kept.update(direct=solve_directly(surface, 200)),
     )
-    apart = np.sqrt(((kept["ours"].vertices - kept["book"]) ** 2).sum(axis=1).mean())
+    apart = np.sqrt(((kept["ours"].vertices - kept["direct"]) ** 2).sum(axis=1).mean())
     return seconds | {"apart": apart / kept["ours"].displacement}
 
 
-def book_way(surface: Surface, modes: int) -> np.ndarray:
+def paper_on_scan(n: int, runs: int) -> Seconds:
+    """The paper's setting on the bunny of 34 834 vertices in pymeshlab's wheel, its boundary free."""
+    warm_up()
+    ms = pymeshlab.MeshSet(verbose=False)
+    ms.load_new_mesh(str(Path(pymeshlab.__file__).parent / "tests" / "sample_meshes" / "bunny.obj"))
+    if n < 30_000:  # a test run
+        ms.meshing_decimation_quadric_edge_collapse(targetfacenum=2 * n)
+    mesh = ms.current_mesh()
+    surface = Surface(np.array(mesh.vertex_matrix()), np.array(mesh.face_matrix()))
+    V, F = surface.vertices, surface.faces
+    return in_turn(
+        n,
+        runs,
+        ours=lambda: mss.smooth(V, F, **PAPER, boundary="free", method="chebyshev"),
+        direct=lambda: solve_directly(surface, 200),
+    )
+
+
+def solve_directly(surface: Surface, modes: int) -> np.ndarray:
     """The paper in the straightforward way: shift-invert eigsh, and the normal equations by sparse LU."""
     V, F, n = surface.vertices, surface.faces, len(surface.vertices)
     sides = np.concatenate([F[:, [0, 1]], F[:, [1, 2]], F[:, [2, 0]]])
@@ -235,6 +249,73 @@ def basis(n: int, runs: int) -> Seconds:
     return seconds | {"residual": float(np.linalg.norm(off, axis=0).max())}
 
 
+def peers(n: int, runs: int, held: bool = True) -> Seconds:
+    """Ours, arrays to arrays, beside filters of other libraries: seconds, theta in degrees and E_v in edges."""
+    warm_up()
+    clean, given = benchmark_peers.torus(n), torus(n)
+    V, F = given.vertices, given.faces
+    works = {
+        "ours": lambda: mss.smooth(V, F).vertices,
+        "given_005": lambda: mss.smooth(V, F, barycenter_weight=0.05).vertices,
+        "given_05": lambda: mss.smooth(V, F, barycenter_weight=0.5).vertices,
+        "denoise": lambda: mss.denoise(V, F).vertices,
+    }
+    for name, peer in benchmark_peers.defaults().items():
+        works[name] = lambda peer=peer: peer(V, F)
+    kept = {}
+    found = in_turn(n if held else 0, runs, **{k: lambda k=k, f=f: kept.update({k: f()}) for k, f in works.items()})
+    for name, X in kept.items():
+        found[f"{name} theta"], found[f"{name} Ev"] = benchmark_peers.errors(X, clean)
+    return found
+
+
+def peers_unheld(n: int, runs: int) -> Seconds:
+    """The same without memory held ready by the system."""
+    return peers(n, runs, held=False)
+
+
+def weights(n: int, runs: int) -> Seconds:
+    """Theta of the automatic weight, and the lowest over a grid of given ones."""
+    del runs
+    clean, given = benchmark_peers.torus(n), torus(n)
+    ops = mss.assemble(given.vertices, given.faces)
+    automatic = mss.smooth(ops)
+    grid = {w: benchmark_peers.errors(mss.smooth(ops, barycenter_weight=w).vertices, clean) for w in WEIGHTS}
+    best = min(grid, key=lambda w: grid[w])
+    theta, error = benchmark_peers.errors(automatic.vertices, clean)
+    return {
+        "automatic": theta,
+        "Ev": error,
+        "weight": automatic.barycenter_weight,
+        "best": grid[best][0],
+        "best Ev": min(each[1] for each in grid.values()),
+        "best weight": best,
+    }
+
+
+def front(n: int, runs: int) -> Seconds:
+    """Seconds, theta and E_v of every filter at several strengths, flat: "filter | strength | what"."""
+    warm_up()
+    clean, given = benchmark_peers.torus(n), torus(n)
+    V, F = given.vertices, given.faces
+    works = {("specsmooth, automatic", ""): lambda V, F: mss.smooth(V, F).vertices}
+    for w in WEIGHTS:
+        works["specsmooth, weight given", f"{w:g}"] = lambda V, F, w=w: mss.smooth(V, F, barycenter_weight=w).vertices
+    works |= benchmark_peers.strengths()
+    found = {}
+    for (name, strength), work in works.items():
+        seconds = []
+        for _ in range(runs):
+            hold_memory(n)
+            start = time.perf_counter()
+            X = work(V, F)
+            seconds.append(time.perf_counter() - start)
+        values = (statistics.median(seconds), *benchmark_peers.errors(X, clean))
+        for what, value in zip(("seconds", "theta", "Ev"), values, strict=True):
+            found[f"{name} | {strength} | {what}"] = value
+    return found
+
+
 def slider(n: int, runs: int) -> Seconds:
     """Further calls on the same operators, each with another cut-off, response and weight."""
     surface = torus(n)
@@ -271,7 +352,25 @@ def memory(n: int, runs: int) -> Seconds:
     return {"bytes": (int(peak.split()[1]) * 1024 - held) / n, "seconds": seconds}
 
 
-MEASURES = {f.__name__: f for f in (bridge, disorder, edges, growth, book, sweep, basis, slider, memory)}
+MEASURES = {
+    f.__name__: f
+    for f in (
+        bridge,
+        peers,
+        peers_unheld,
+        weights,
+        front,
+        disorder,
+        edges,
+        growth,
+        paper,
+        paper_on_scan,
+        sweep,
+        basis,
+        slider,
+        memory,
+    )
+}
 
 # --- the table ---
 
@@ -309,27 +408,61 @@ def rows(run: Run) -> "list[tuple[str, str, str, bool]]":
     million, four = 10**6, 4 * 10**6
     if run.wants("bridge"):
         with_, without = run.of("bridge", million), run.of("bridge", million, fast=False)
-        for name, s, wanted in (("with", with_, 0.7), ("without", without, 1.5)):
+        for name, s, wanted in (("with", with_, 0.65), ("without", without, 1.5)):
             parts = f"{s['ours']:.2f} s / {s['taubin']:.2f} s"
             row(f"1M vertices, MeshSet, {name} the extra: ours / Taubin", s["ours"] / s["taubin"], wanted, parts, False)
         alone = run.of("growth", million)["ours"]  # in a process that holds no MeshSet, as users of arrays have it
         parts = f"{alone:.2f} s / {with_['taubin']:.2f} s; {with_['arrays']:.2f} s in the process that ran Taubin"
-        row("1M vertices, arrays: ours / Taubin", alone / with_["taubin"], 0.4, parts, False)
+        row("1M vertices, arrays: ours / Taubin", alone / with_["taubin"], 0.35, parts, False)
+    for name in ("peers", "peers_unheld"):
+        if not run.wants(name):
+            continue
+        s, how = run.of(name, million), "" if name == "peers" else ", memory not held"
+        for peer, title, wanted in (
+            ("windowed_sinc", "PyVista's windowed sinc", 1.0),
+            ("relax", "MeshLib's relax, 5", 1.2),
+            ("relax_keep_volume", "MeshLib's relaxKeepVolume, 5", 1.2),
+        ):
+            if peer not in s:
+                print(f"  {title} is not installed")
+                continue
+            parts = (
+                f"{s['ours']:.2f} s / {s[peer]:.2f} s; theta {s['ours theta']:.2f} / {s[f'{peer} theta']:.2f}, "
+                f"Ev {s['ours Ev']:.4f} / {s[f'{peer} Ev']:.4f}"
+            )
+            row(f"1M vertices, arrays{how}: ours / {title}", s["ours"] / s[peer], wanted, parts, False)
+        if "windowed_sinc" in s:
+            parts = f"{s['denoise']:.2f} s / {s['windowed_sinc']:.2f} s; theta {s['denoise theta']:.2f}"
+            what = f"1M vertices, arrays{how}: denoise / PyVista's windowed sinc"
+            row(what, s["denoise"] / s["windowed_sinc"], 6, parts, False)
+        parts = f"{s['given_005']:.2f} s / {s['given_05']:.2f} s"
+        row(f"1M vertices{how}: weight 0.05 / weight 0.5", s["given_005"] / s["given_05"], 1.8, parts, False)
+    if run.wants("weights"):
+        s = run.of("weights", million)
+        parts = (
+            f"{s['automatic']:.3f} at {s['weight']:.3g} / {s['best']:.3f} at {s['best weight']:g}; "
+            f"Ev {s['Ev']:.4f} / {s['best Ev']:.4f}"
+        )
+        row("1M vertices: theta, automatic / best weight of a grid", s["automatic"] / s["best"], 1.05, parts, False)
     if run.wants("disorder"):
         s = run.of("disorder", million)
         parts = f"{s['random']:.2f} s / {s['natural']:.2f} s"
-        row("1M vertices, MeshSet: random order / natural order", s["random"] / s["natural"], 1.5, parts, False)
+        row("1M vertices, MeshSet: random order / natural order", s["random"] / s["natural"], 1.4, parts, False)
     if run.wants("edges"):
         for n, wanted in ((37_500, 4), (million, 1)):
             s = run.of("edges", n)
             parts = f"{s['ours']:.2f} s / {s['two_step']:.2f} s"
             what = f"{n} vertices, MeshSet: edge-aware / MeshLab's two-step"
             row(what, s["ours"] / s["two_step"], wanted, parts, False)
-    if run.wants("book"):
+    if run.wants("paper"):
         for n, wanted in ((37_500, 100), (134_000, 200)):
-            s = run.of("book", n)
-            parts = f"{s['book']:.1f} s / {s['ours']:.3f} s; {100 * s['apart']:.2f} % of the displacement apart"
-            row(f"{n} vertices, modes=200: eigsh + direct solve / ours", s["book"] / s["ours"], wanted, parts, True)
+            s = run.of("paper", n)
+            parts = f"{s['direct']:.1f} s / {s['ours']:.3f} s; {100 * s['apart']:.2f} % of the displacement apart"
+            row(f"{n} vertices, modes=200: eigsh + direct solve / ours", s["direct"] / s["ours"], wanted, parts, True)
+    if run.wants("paper_on_scan"):
+        s = run.of("paper_on_scan", 35_000)
+        parts = f"{s['direct']:.1f} s / {s['ours']:.3f} s"
+        row("bunny, modes=200: eigsh + direct solve / ours", s["direct"] / s["ours"], 120, parts, True)
     if run.wants("growth"):
         one, other = run.of("growth", million)["ours"], run.of("growth", four)["ours"]
         row("arrays: 4M vertices / 1M vertices", other / one, 4.4, f"{other:.2f} s / {one:.2f} s", False)
@@ -379,12 +512,53 @@ def plot(run: Run, place: Path) -> None:
     for name, seconds in lines.items():
         style = styles.get(name, "C0s--" if "without" in name else "C0s-")
         axes.loglog(sizes, seconds, style, label=name, markersize=4)
-    if run.wants("book"):
-        books = [(n, run.of("book", n)["book"]) for n in (3_000, 10_000, 37_500, 134_000)]
-        axes.loglog(*zip(*books, strict=True), "k^-", label="eigsh and a direct solve, 200 modes", markersize=4)
+    if run.wants("paper"):
+        solved = [(n, run.of("paper", n)["direct"]) for n in (3_000, 10_000, 37_500, 134_000)]
+        axes.loglog(*zip(*solved, strict=True), "k^-", label="eigsh and a direct solve, 200 modes", markersize=4)
     axes.set(xlabel="vertices", ylabel="seconds", title="Smoothing an irregular torus, default settings")
     axes.grid(visible=True, which="both", alpha=0.25)
     axes.legend(fontsize=8)
+    figure.tight_layout()
+    figure.savefig(place)
+
+
+def plot_front(found: Seconds, place: Path) -> None:
+    """Theta and E_v over seconds, all logarithmic, the strengths of a filter joined."""
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    from matplotlib import pyplot
+
+    points: dict[str, dict[str, dict[str, float]]] = {}
+    for key, value in found.items():
+        name, strength, what = key.split(" | ")
+        points.setdefault(name, {}).setdefault(strength, {})[what] = value
+    figure, both = pyplot.subplots(1, 2, figsize=(13, 5.5), dpi=120)
+    for axes, what, label in zip(
+        both, ("theta", "Ev"), ("angle between normals (degrees)", "E_v (edges)"), strict=True
+    ):
+        for name, strengths in points.items():
+            ours = name.startswith("specsmooth")
+            style = "*" if "automatic" in name else "o-"
+            axes.loglog(
+                [each["seconds"] for each in strengths.values()],
+                [each[what] for each in strengths.values()],
+                style,
+                color="C0" if ours else None,
+                label=name,
+                markersize=14 if "automatic" in name else 4,
+                zorder=3 if ours else 2,
+            )
+            for strength, each in strengths.items():
+                axes.annotate(
+                    strength, (each["seconds"], each[what]), fontsize=6, xytext=(3, 3), textcoords="offset points"
+                )
+        axes.set(xlabel="seconds", ylabel=label)
+        axes.grid(visible=True, which="both", alpha=0.25)
+    both[0].legend(fontsize=8)
+    figure.suptitle(
+        "Error against time: an irregular torus of a million vertices, noise of 0.2 edges; labels are strengths"
+    )
     figure.tight_layout()
     figure.savefig(place)
 
@@ -412,6 +586,9 @@ def main() -> None:
     out = Path(given.out)
     out.mkdir(parents=True, exist_ok=True)
     (out / "speed.txt").write_text(text + "\n", encoding="utf-8")
+    if run.wants("front"):
+        plot_front(run.of("front", 10**6), out / "front.png")
+        print(f"\nplot: {out / 'front.png'}")
     if given.only is None:
         plot(run, out / "speed.png")
         print(f"\nplot: {out / 'speed.png'}")
