@@ -59,7 +59,6 @@ _RANGE_SIGMAS = (0.14, 1.0)
 _RISK_TOLERANCE = 0.01
 
 # Neighbors of a setting reduce the error by less than this factor.
-# docs/constants.md: _FAR_BETTER
 _FAR_BETTER = 0.8
 
 _Key = tuple[str, float, float, float]  # start, strength, range sigma, weight

@@ -155,7 +155,7 @@ def write(ms: pymeshlab.MeshSet, change: Change, verbosity: Verbosity | None = N
 
     def undo() -> None:
         silence(ms, known)
-        if not np.array_equal(mesh.vertex_matrix(), vertices, equal_nan=True):
+        if not _are_equal(mesh.vertex_matrix(), vertices):
             _morph(ms, vertices, lambda: None, used)
         if quality is not None and not np.array_equal(mesh.vertex_scalar_array(), quality):
             _transfer_quality(ms, average_coincident(vertices, quality), lambda: None, used)
@@ -209,9 +209,14 @@ def _morph(
         for _ in range(MAX_MORPHING_PASSES):
             allow_interrupt()
             ms.compute_coord_linear_morphing(targetmesh=target, percentmorph=100.0)
-            if np.array_equal(mesh.vertex_matrix(), vertices, equal_nan=True):
+            if _are_equal(mesh.vertex_matrix(), vertices):
                 return True
         return False
+
+
+def _are_equal(a: Floats, b: Floats) -> bool:
+    """Whether two arrays are equal to the bit, or both not numbers; looking for those takes several times as long."""
+    return np.array_equal(a, b) or np.array_equal(a, b, equal_nan=True)
 
 
 def _takes_quality(mesh: pymeshlab.Mesh, quality: Floats) -> bool:
