@@ -161,7 +161,7 @@ def precondition(L: Laplacian, gram_diagonal: Floats, is_uniform: bool, free: Fl
     low, high = (float(np.clip(of, MIN_WEIGHT, _MAX_MIXED)) for of in (local[degree > 0].min(), local.max()))
     if low >= MAX_WEIGHT:
         return None
-    count = 1 + int(np.ceil(np.log(high / low) / np.log(_OCTAVE)))
+    count = 1 + int(np.ceil(np.round(np.log(high / low) / np.log(_OCTAVE), 9)))  # rounding is no difference
     weights = np.geomspace(low, high, count)
     series = tuple(design_inverse(float(w), inverse_degree) for w in weights)
     if count == 1:
