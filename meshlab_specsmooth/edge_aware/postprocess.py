@@ -18,7 +18,20 @@ def repair_flips(mesh: FaceOperators, Y: Floats, smoothed: Floats, repairs: int 
     """The vertices, those of flipped faces moved toward their neighbors; and how many faces stay flipped."""
     if Y is smoothed:  # there is nothing to compare with
         return Y, 0
-    flipped = _find_flipped(mesh, Y, smoothed)
+    around = mesh.graph.adjacency()
+    smooth = mesh.kernels.face_geometry(smoothed)[1]
+    was_opposed = _find_opposed(around, smooth)
+
+    def find_flipped(X: Floats) -> Booleans:
+        """Faces that look away from where the smoothed surface's do, or from where their neighbors do.
+
+        Not those that look away from their neighbors on the smoothed surface as well: they were so in the input.
+        """
+        normals = mesh.kernels.face_geometry(X)[1]
+        away = np.einsum("ij,ij->i", normals, smooth) < 0
+        return np.asarray(away | (_find_opposed(around, normals) & ~was_opposed), dtype=np.bool_)
+
+    flipped = find_flipped(Y)
     for _ in range(repairs):
         if not flipped.any():
             break
@@ -26,7 +39,7 @@ def repair_flips(mesh: FaceOperators, Y: Floats, smoothed: Floats, repairs: int 
         corners = corners[~mesh.on_boundary[corners]]
         moved = Y.copy()
         moved[corners] += (_average_centroids(mesh, Y, corners) - Y[corners]) / 2
-        now = _find_flipped(mesh, moved, smoothed)
+        now = find_flipped(moved)
         if now.sum() > flipped.sum():
             break
         Y, flipped = moved, now
@@ -52,19 +65,6 @@ def _average_centroids(mesh: FaceOperators, Y: Floats, vertices: npt.NDArray[np.
     return np.asarray((at[vertices] @ mesh.kernels.face_geometry(Y)[0]) * mesh.step_size[vertices, None])
 
 
-def _find_flipped(mesh: FaceOperators, Y: Floats, smoothed: Floats) -> Booleans:
-    """Faces that look away from where the smoothed surface's do, or from where their neighbors do.
-
-    Not those that look away from their neighbors on the smoothed surface as well: they were so in the input.
-    """
-    normals, smooth = mesh.kernels.face_geometry(Y)[1], mesh.kernels.face_geometry(smoothed)[1]
-    away = np.asarray((normals * smooth).sum(axis=1) < 0)
-    opposed = _find_opposed(mesh, normals) & ~_find_opposed(mesh, smooth)
-    return np.asarray(away | opposed, dtype=np.bool_)
-
-
-def _find_opposed(mesh: FaceOperators, normals: Floats) -> Booleans:
+def _find_opposed(around: csr_array, normals: Floats) -> Booleans:
     """Faces whose normals look away from those of their neighbors."""
-    graph = mesh.graph
-    around = csr_array((np.ones(len(graph.indices)), graph.indices, graph.indptr), shape=(graph.size, graph.size))
-    return np.asarray((normals * (around @ normals)).sum(axis=1) < 0, dtype=np.bool_)
+    return np.asarray(np.einsum("ij,ij->i", normals, around @ normals) < 0, dtype=np.bool_)

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+from scipy.sparse import csr_array
+
 from meshlab_specsmooth.arrays import Integers
 
 # Faces around a vertex with more faces than this (the hub of a fan) are neighbors only through their other vertices:
@@ -35,6 +38,11 @@ class FaceGraph:
     def size(self) -> int:
         """Number of faces."""
         return len(self.corners)
+
+    def adjacency(self) -> csr_array:
+        """(m, m) matrix that is 1 where two faces are neighbors."""
+        ones = np.ones(len(self.indices))
+        return csr_array((ones, self.indices, self.indptr), shape=(self.size, self.size))
 
     @property
     def order(self) -> int:
