@@ -544,7 +544,7 @@ def plot_front(found: Seconds, place: Path) -> None:
                 [each["seconds"] for each in strengths.values()],
                 [each[what] for each in strengths.values()],
                 style,
-                color="C0" if ours else None,
+                color="black" if ours else None,
                 label=name,
                 markersize=14 if "automatic" in name else 4,
                 zorder=3 if ours else 2,
