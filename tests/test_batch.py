@@ -382,7 +382,8 @@ def test_a_run_that_is_killed_is_gone_on_with(tmp_path, monkeypatch, number):
     assert again.is_complete
     assert again.counts["skipped"] >= len(finished)
     assert all(Path(name).stat().st_mtime_ns == then for name, then in finished.items())
-    assert not list(out.glob(".specsmooth-*"))
+    # one that was killed before it had its lock is kept for a day
+    assert not [folder for folder in out.glob(".specsmooth-*") if (folder / "lock").is_file()]
     fresh = batch(inputs, tmp_path / "fresh", **LONG)
     assert fresh.is_complete
     assert outputs(out) == outputs(tmp_path / "fresh")

@@ -59,10 +59,10 @@ def create(place: str | os.PathLike[str] | None = None) -> Temporary:
     root = Path(tempfile.mkdtemp(prefix=f"{PREFIX}{os.getpid()}-", dir=place))
     lock = -1
     try:
+        lock = _create_lock(root)  # first, as a folder without one is kept for a day
         (root / _CONTENT).mkdir()
-        lock = _create_lock(root)
     except BaseException:
-        shutil.rmtree(root, ignore_errors=True)
+        Temporary(root, lock).remove()
         raise
     return Temporary(root, lock)
 
