@@ -6,7 +6,6 @@ from typing import Literal
 
 ResponseName = Literal["ideal", "butterworth", "gaussian", "heat"]
 AnyResponseName = Literal["auto", "ideal", "butterworth", "gaussian", "heat"]
-Criterion = Literal["position", "normals"]
 LaplacianKind = Literal["uniform", "cotangent"]
 Method = Literal["auto", "exact", "chebyshev"]
 ModeCount = Literal["estimate", "exact"]

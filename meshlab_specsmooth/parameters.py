@@ -44,6 +44,9 @@ NOISE_BOUNDS_IN_EXTENTS = (0.0, 1 / _EPSILON)
 # be that of the filter
 TOLERANCE_BOUNDS = (1e-10, 0.1)
 
+#: Of the sides of voxels: their squares are normal numbers.
+SPACING_BOUNDS = (2.0**-500, 2.0**500)
+
 MAX_ITERATIONS = 1000
 MAX_FACE_ITERATIONS = 100
 BAND_BOUNDS = (2, 4096)
@@ -142,10 +145,10 @@ def check_choice(name: str, value: Choice, known: Iterable[str]) -> Choice:
     Examples
     --------
     >>> from meshlab_specsmooth.parameters import check_choice
-    >>> check_choice("criterion", "speed", ["position", "normals"])
+    >>> check_choice("method", "speed", ["exact", "chebyshev"])
     Traceback (most recent call last):
     ...
-    meshlab_specsmooth.errors.InvalidParameter: criterion is 'speed'; it must be one of 'position', 'normals'
+    meshlab_specsmooth.errors.InvalidParameter: method is 'speed'; it must be one of 'exact', 'chebyshev'
     """
     names = tuple(known)
     if isinstance(value, str) and value in names:

@@ -14,7 +14,7 @@ from meshlab_specsmooth.comparison import tables
 from meshlab_specsmooth.comparison.columns import MEASURES, Measure, format_estimate, format_number, is_bound
 from meshlab_specsmooth.comparison.rows import Curve, Point, Row, format_estimated_error
 from meshlab_specsmooth.geometry.surface import Surface
-from meshlab_specsmooth.noise.model import CORRELATED, IMPULSE, NONE, UNCLEAR, Noise
+from meshlab_specsmooth.noise.model import CORRELATED, IMPULSE, NONE, STAIRCASE, UNCLEAR, Noise
 
 # Two estimated errors are tied if they differ by less than this many standard errors of the difference, or by less than
 # this fraction
@@ -24,6 +24,7 @@ _INVALID = {
     IMPULSE: "a few vertices are outliers",
     CORRELATED: "the noise is correlated between neighboring vertices",
     UNCLEAR: "noise cannot be separated from shape on these triangles",
+    STAIRCASE: "the steps of a mask are not random; denoise smooths them as far as the voxels allow",
 }
 # A run time is called shorter from this ratio on
 _MIN_SPEEDUP = 1.5

@@ -119,7 +119,10 @@ class MeasuredMesh:
         given = _restrict(self.given, patch)
         truth = _restrict(self.truth, patch) if self.truth is not None and self.corresponds else None
         diagonals = [float(np.linalg.norm(np.ptp(s.vertices, axis=0))) for s in (self.given, given)]
-        part = MeasuredMesh.of(given, truth, probes, self.risk.noise)
+        noise = self.risk.noise
+        if noise.local is not None:
+            noise = replace(noise, local=noise.local[patch])
+        part = MeasuredMesh.of(given, truth, probes, noise)
         context = replace(part.context, edge=self.context.edge)
         return replace(
             part,

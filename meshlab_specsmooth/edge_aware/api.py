@@ -73,7 +73,7 @@ def denoise(mesh, faces, setting, region, *, weld=True, progress=None):
     faces : (m, 3) integer array, optional
         As for :func:`meshlab_specsmooth.smooth`.
     setting : Denoising, optional
-        ``criterion`` as a value.
+        ``spacing`` as a value.
     {parameters}
     region, weld, progress
         As for :func:`smooth_edge_aware`. Where creases are given, the isotropic filter is not considered: it would
@@ -92,4 +92,4 @@ def denoise(mesh, faces, setting, region, *, weld=True, progress=None):
     >>> bool(abs(result.vertices - flat).max() < 1e-12)
     True
     """
-    return denoise_mesh(mesh, faces, EdgeAware(criterion=setting.criterion), region, True, weld, progress)
+    return denoise_mesh(mesh, faces, EdgeAware(), region, True, weld, progress, setting.spacing)

@@ -3,7 +3,7 @@
 import numpy.typing as npt
 
 from meshlab_specsmooth.adapters import Mesh
-from meshlab_specsmooth.choices import Boundary, Criterion
+from meshlab_specsmooth.choices import Boundary
 from meshlab_specsmooth.edge_aware.result import EdgeAwareResult
 from meshlab_specsmooth.edge_aware.settings import Denoising, EdgeAware, EdgeAwareRegion
 from meshlab_specsmooth.runtime.progress import Progress
@@ -13,7 +13,6 @@ def smooth_edge_aware(
     faces: npt.ArrayLike | None = None,
     setting: EdgeAware | None = None,
     *,
-    criterion: Criterion = "position",
     strength: float | None = None,
     range_sigma: float | None = None,
     iterations: int | None = None,
@@ -43,8 +42,6 @@ def smooth_edge_aware(
         As for :func:`meshlab_specsmooth.smooth`.
     setting : EdgeAware, optional
         All parameters of the filter as a value, in place of the keywords up to ``barycenter_weight``.
-    criterion : {"position", "normals"}
-        Whose error is minimized; for normals the noise is taken to be 1.4 times as high.
     strength : float, optional
         t, from 2.2e-16 to 4.5e15; 0.1 is gentle, 2 to 6 suits hard edges under much noise. Chosen by estimated error if
         not given.
@@ -115,7 +112,7 @@ def denoise(
     faces: npt.ArrayLike | None = None,
     setting: Denoising | None = None,
     *,
-    criterion: Criterion = "position",
+    spacing: float | tuple[float, float, float] | None = None,
     boundary: Boundary = "auto",
     mask: npt.ArrayLike | None = None,
     features: npt.ArrayLike | None = None,
@@ -136,9 +133,11 @@ def denoise(
     faces : (m, 3) integer array, optional
         As for :func:`meshlab_specsmooth.smooth`.
     setting : Denoising, optional
-        ``criterion`` as a value.
-    criterion : {"position", "normals"}
-        Whose error is minimized; for normals the noise is taken to be 1.4 times as high.
+        ``spacing`` as a value.
+    spacing : float or (3,) floats, optional
+        Sides of the voxels, in mesh units and along x, y and z, where the surface was made from a binary mask: it is
+        then smoothed as far as nearly all vertices stay within about half a voxel of where they were. Recognized if not
+        given, where the mesh is unchanged but for its position, orientation and scale.
     boundary : {"auto", "fixed", "curve", "free"}
         Treatment of the boundary of an open surface. ``"auto"``: it follows the normals of its faces, and is not pulled
         inward. ``"fixed"``: it stays to the bit, so that tiles with a common edge still fit. ``"curve"``: it is

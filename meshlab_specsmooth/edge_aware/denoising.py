@@ -39,11 +39,13 @@ from meshlab_specsmooth.edge_aware.settings import CLIPPED, GIVEN, SMOOTHED, Edg
 from meshlab_specsmooth.geometry.surface import Surface
 from meshlab_specsmooth.geometry.welding import find_copies
 from meshlab_specsmooth.noise.estimate import MAX_WEIGHT, NoiseEstimate, estimate
-from meshlab_specsmooth.noise.model import IMPULSE, UNCLEAR, Noise
+from meshlab_specsmooth.noise.local import VaryingNoise, describe_varying, find_varying_noise, split_by_level
+from meshlab_specsmooth.noise.model import IMPULSE, STAIRCASE, UNCLEAR, Noise
 from meshlab_specsmooth.noise.outliers import describe_outliers, replace_outliers
 from meshlab_specsmooth.noise.parts import Part, describe_left_alone, describe_levels, group_components
 from meshlab_specsmooth.noise.shape_change import ShapeChange, compare_shapes
 from meshlab_specsmooth.noise.thin_triangles import describe_lost, find_lost_vertices
+from meshlab_specsmooth.noise.voxels import Voxels
 from meshlab_specsmooth.operators.assemble import (
     Operators,
     describe_unused,
@@ -53,7 +55,7 @@ from meshlab_specsmooth.operators.assemble import (
 from meshlab_specsmooth.operators.components import label_components
 from meshlab_specsmooth.operators.patches import Patches
 from meshlab_specsmooth.parameters import check_flag
-from meshlab_specsmooth.risk.choose_weight import LEVEL_FACTORS, CandidateLowPass, choose_on_patches
+from meshlab_specsmooth.risk.choose_weight import LARGE, CandidateLowPass, choose_on_patches
 from meshlab_specsmooth.runtime import blocks
 from meshlab_specsmooth.runtime.bars import begin
 from meshlab_specsmooth.runtime.memory import require
@@ -65,6 +67,11 @@ from meshlab_specsmooth.spectral.low_pass import Heat
 
 # Fractions of a call at which the operators are assembled, and the setting is chosen.
 _ASSEMBLED, _CHOSEN = 0.1, 0.6
+
+# Where noise varies, the isotropic filter is taken if its estimated error is within this factor of the least: bands of
+# the level are chosen for on few vertices each, and an estimate of the least of many errors is too low.
+# docs/constants.md: _AS_GOOD
+_AS_GOOD = 1.07
 
 # Peak memory of a call; 579 to 1260 bytes a face were measured.
 # docs/constants.md: _BYTES_PER_FACE
@@ -79,10 +86,11 @@ def denoise_mesh(
     with_isotropic: bool,
     weld: bool,
     progress: Progress | None,
+    spacing: float | tuple[float, float, float] | None = None,
 ) -> EdgeAwareResult:
     """Smooth a mesh of any kind by a setting, choosing what it leaves open.
 
-    ``with_isotropic``: whether the isotropic filter is considered.
+    ``with_isotropic``: whether the isotropic filter is considered; ``spacing``: the sides of a mask's voxels.
     """
     progress = begin(progress, "assembling")
     if isinstance(mesh, Operators):
@@ -91,7 +99,7 @@ def denoise_mesh(
         given = recognize(mesh, faces)
         surface, source = given.surface(), given.kept()
     resolved = resolve_region(surface, region)
-    result = denoise_surface(surface, setting, resolved, with_isotropic, check_flag("weld", weld), progress)
+    result = denoise_surface(surface, setting, resolved, with_isotropic, check_flag("weld", weld), progress, spacing)
     finish(progress)
     return replace(result, source=source)
 
@@ -104,6 +112,7 @@ def denoise_surface(
     with_isotropic: bool,
     weld: bool,
     progress: Progress | None,
+    spacing: float | tuple[float, float, float] | None = None,
 ) -> EdgeAwareResult:
     """Smooth a surface, part by part where noise or scale differ."""
     began = time.perf_counter()
@@ -119,8 +128,9 @@ def denoise_surface(
     # not the mean, whose last digits depend on the order of the vertices
     center = V[active].min(axis=0) / 2 + V[active].max(axis=0) / 2
     X = (V[active] - center) / h
-    mesh = assemble_faces(X, G, region.counted(len(X)), region.boundary)
-    parts = _group(mesh) if setting.is_automatic else []
+    voxels = None if spacing is None else Voxels.of(spacing, 1 / h)
+    mesh = assemble_faces(X, G, region.counted(len(X)), region.boundary, voxels)
+    parts = _group(mesh) if setting.is_automatic and voxels is None else []
     if len(parts) > 1:
         result = _denoise_parts(mesh, parts, setting, region, with_isotropic, progress)
     else:
@@ -130,8 +140,13 @@ def denoise_surface(
     step[is_active] = (result.vertices - X)[index[is_active]]
     displacement = float(np.sqrt((step**2).sum() / len(V))) * h
     step *= h
+    result = _scale(result, h)
+    if result.noise.local is not None:
+        local = np.zeros(len(V))
+        local[is_active] = result.noise.local[index[is_active]]
+        result = replace(result, noise=replace(result.noise, local=local))
     return replace(
-        _scale(result, h),
+        result,
         vertices=np.where(step != 0, V + step, V),
         displacement=displacement,
         welded=welded,
@@ -157,7 +172,7 @@ def _denoise_parts(
 ) -> EdgeAwareResult:
     """Smooth each part by its own noise and edges; the evidence is that of the largest measurable one."""
     ops = mesh.ops
-    Y, done = mesh.V.copy(), 0
+    Y, local, done = mesh.V.copy(), np.zeros(len(mesh.V)), 0
     notes: list[str | None] = []
     results: list[tuple[EdgeAwareResult, int]] = []
     outliers = []
@@ -176,6 +191,8 @@ def _denoise_parts(
         result = _denoise(alone, setting, own, with_isotropic, share)
         done += len(at)
         Y[at] += (result.vertices - alone.V) * h
+        part = result.noise.scaled(0, h)
+        local[at] = part.level if part.local is None else part.local
         outliers.append(at[result.outliers])
         results.append((_scale(result, h), len(at)))
         if result.warning is not None:
@@ -185,6 +202,7 @@ def _denoise_parts(
     return replace(
         first,
         vertices=Y,
+        noise=replace(first.noise, local=local),
         error=float(np.sqrt(squares / len(Y))),
         flips=sum(result.flips for result, _ in results),
         volume_change=_compute_volume_change(mesh, Y),
@@ -200,19 +218,24 @@ def _denoise(
     with_isotropic: bool,
     progress: Progress | None,
     may_have_strays: bool = True,
+    may_vary: bool = True,
 ) -> EdgeAwareResult:
     """Choose, filter and correct, for a mesh in units of its mean edge; the result is in these too."""
-    is_automatic, criterion = setting.is_automatic, setting.criterion
-    if is_automatic and may_have_strays:
+    is_automatic = setting.is_automatic
+    if is_automatic and may_have_strays and mesh.voxels is None:
         repaired, outliers = _replace_outliers(mesh, region)
         if len(outliers):
             return _denoise_repaired(mesh, repaired, outliers, setting, region, with_isotropic, progress)
-    fractions = region.fractions(mesh.F, len(mesh.V))
     report = progress or (lambda _: None)
     report(_ASSEMBLED)
     announce(progress, "measuring noise")
+    if is_automatic and may_vary and mesh.voxels is None:
+        varying = find_varying_noise(mesh.ops, mesh.counted[mesh.ops.active])
+        if varying is not None and varying.noise.varies:
+            return _denoise_varying(mesh, varying, setting, region, with_isotropic, progress)
+    fractions = region.fractions(mesh.F, len(mesh.V))
     sample, patches, drawn = draw_sample(mesh)
-    found = estimate(patches.ops, patches.counted)
+    found = estimate(patches.ops, patches.counted, mesh.voxels)
     noise = found.noise
     stays = fractions is not None and not fractions.any()
     if stays or (is_automatic and noise.is_left_alone):
@@ -222,7 +245,7 @@ def _denoise(
         creases = _find_creases(mesh, region, noise, noise.high)
         count = 0 if creases is None else len(creases)
         return replace(unchanged, creases=count, warning=None if stays else noise.warning)
-    X, level = mesh.V, noise.level * LEVEL_FACTORS[criterion]
+    X, level = mesh.V, noise.level
     whole = mesh
     creases = _find_creases(mesh, region, noise, level)
     if creases is not None:
@@ -231,22 +254,27 @@ def _denoise(
     complete = setting.complete(guide_weight(level))
     if complete is not None:
         candidates = [Candidate(complete, np.nan)]
+    elif is_automatic and noise.kind == STAIRCASE:  # steps are edges to the edge-aware filter
+        candidates = [_choose_isotropic(mesh, patches, found)]
     else:
         announce(progress, "choosing")
-        search = prepare_search(sample, patches.ops.L, found, LEVEL_FACTORS[criterion])
+        search = prepare_search(sample, patches.ops.L, found)
         # the isotropic filter has no creases
         with_isotropic = with_isotropic and mesh.cut is None
         share = subrange(progress, _ASSEMBLED, _CHOSEN - _ASSEMBLED)
         isotropic = None
         if with_isotropic and is_automatic and noise.kind != IMPULSE:
-            isotropic = _choose_isotropic(mesh, patches, found, criterion)
-        candidates = search_settings(search, setting, with_isotropic, isotropic, share)
+            isotropic = _choose_isotropic(mesh, patches, found)
+        candidates = search_settings(search, setting, with_isotropic, isotropic, share, len(X) > LARGE)
         if noise.kind == IMPULSE and is_automatic and mesh.cut is None:
-            candidates.append(evaluate_clipped(search, criterion))
-        candidates = rank(candidates, has_tolerance=criterion == "position")
+            candidates.append(evaluate_clipped(search))
+        candidates = rank(candidates)
     report(_CHOSEN)
     announce(progress, "smoothing")
-    Y, flips = _apply(mesh, candidates[0].setting, criterion, level, subrange(progress, _CHOSEN, 1 - _CHOSEN))
+    if is_automatic and noise.kind == STAIRCASE:
+        Y, flips = smooth_automatically(mesh, X).vertices, 0
+    else:
+        Y, flips = _apply(mesh, candidates[0].setting, level, subrange(progress, _CHOSEN, 1 - _CHOSEN))
     if fractions is not None:
         Y = X + fractions[:, None] * (Y - X)
     notes = []
@@ -256,7 +284,7 @@ def _denoise(
         notes.append(describe_lost(lost))
     change = compare_shapes(X, Y, mesh.F, *_label_components(whole), noise)
     if is_automatic and change.excessive.any():
-        Y, weight, note = _weaken(whole, Y, criterion, noise, change, fractions)
+        Y, weight, note = _weaken(whole, Y, noise, change, fractions)
         notes.append(note)
         weaker = EdgeAware(iterations=0, start=SMOOTHED, barycenter_weight=weight)
         candidates = [Candidate(weaker, np.nan), *candidates]
@@ -274,9 +302,7 @@ def _denoise(
         iterations=used.iterations or 0,
         barycenter_weight=used.barycenter_weight or 0.0,
         error=_root(candidates[0].risk),
-        considered=tuple(
-            Considered(replace(each.setting, criterion=criterion), _root(each.risk)) for each in candidates
-        ),
+        considered=tuple(Considered(each.setting, _root(each.risk)) for each in candidates),
         flips=flips,
         volume_change=_compute_volume_change(mesh, Y),
         displacement=0.0,
@@ -287,11 +313,73 @@ def _denoise(
     )
 
 
-def _choose_isotropic(mesh: FaceOperators, patches: Patches, found: NoiseEstimate, criterion: str) -> Candidate:
+def _denoise_varying(
+    mesh: FaceOperators,
+    varying: VaryingNoise,
+    setting: EdgeAware,
+    region: FaceRegion,
+    with_isotropic: bool,
+    progress: Progress | None,
+) -> EdgeAwareResult:
+    """Noise that is not the same everywhere: a setting for each octave of its level, and their results blended."""
+    X, at = mesh.V, mesh.ops.active
+    bands = split_by_level(varying)
+    Y, results, passed_on = X.copy(), [], np.zeros(len(at))
+    for number, (members, share) in enumerate(bands):
+        counted = np.zeros(len(X), dtype=np.bool_)
+        counted[at[members]] = True
+        own = subrange(progress, number / len(bands), 1 / len(bands))
+        band = replace(mesh, counted=counted)
+        result = _denoise(band, setting, region, with_isotropic, own, may_have_strays=False, may_vary=False)
+        if result.noise.is_left_alone and number < len(bands) - 1:  # where noise ends, as the next higher band
+            passed_on += share
+            continue
+        Y[at] += (share + passed_on)[:, None] * (result.vertices - X)[at]
+        passed_on[:] = 0.0
+        results.append((result, int(members.sum())))
+    first, _ = max(results, key=lambda pair: (not pair[0].noise.is_left_alone, pair[1]))
+    squares = sum(count * np.nan_to_num(result.error) ** 2 for result, count in results)
+    isotropic = sum(count * _find_isotropic_error(result) ** 2 for result, count in results)
+    local = mesh.ops.spread(np.where(varying.is_noisy, varying.level, 0.0))
+    noise = replace(varying.noise, local=local).scaled(mesh.ops.exponent)
+    if first.considered and isotropic <= _AS_GOOD**2 * squares:  # its strength varies without bands
+        Y = smooth_automatically(mesh, X).vertices
+        fractions = region.fractions(mesh.F, len(X))
+        Y = Y if fractions is None else X + fractions[:, None] * (Y - X)
+        chosen = min(first.considered, key=lambda each: (not each.setting.is_isotropic, each.error))
+        first = replace(
+            first,
+            start=SMOOTHED,
+            strength=0.0,
+            range_sigma=0.0,
+            iterations=0,
+            barycenter_weight=chosen.setting.barycenter_weight or 0.0,
+            considered=(chosen, *(each for each in first.considered if each is not chosen)),
+        )
+        squares = isotropic
+    return replace(
+        first,
+        vertices=Y,
+        noise=noise,
+        level=noise.level,
+        error=float(np.sqrt(squares / sum(count for _, count in results))),
+        flips=max(result.flips for result, _ in results),
+        volume_change=_compute_volume_change(mesh, Y),
+        warning=join_warnings(describe_varying(varying), *(result.warning for result, _ in results)),
+    )
+
+
+def _find_isotropic_error(result: EdgeAwareResult) -> float:
+    """The least estimated error of the isotropic filter; infinite where it was not tried."""
+    errors = [each.error for each in result.considered if each.setting.is_isotropic]
+    return min(errors, default=0.0 if result.noise.is_left_alone else np.inf)
+
+
+def _choose_isotropic(mesh: FaceOperators, patches: Patches, found: NoiseEstimate) -> Candidate:
     """The isotropic filter with the weight that it chooses by itself, which lets hardly any noise through."""
     on = replace(mesh.ops, positions=mesh.V[mesh.ops.active])
     low_pass = CandidateLowPass(Heat().family, DEFAULT_WAVELENGTH_IN_EDGES)
-    choice = choose_on_patches(on, patches, found, criterion, [low_pass], mesh.counted[mesh.ops.active])
+    choice = choose_on_patches(on, patches, found, [low_pass], mesh.counted[mesh.ops.active])
     return Candidate(EdgeAware(iterations=0, start=SMOOTHED, barycenter_weight=choice.weight), choice.risk)
 
 
@@ -341,13 +429,11 @@ def _find_lost(mesh: FaceOperators, Y: Floats, level: float) -> Booleans | None:
     return lost
 
 
-def _apply(
-    mesh: FaceOperators, setting: EdgeAware, criterion: str, level: float, progress: Progress | None
-) -> tuple[Floats, int]:
+def _apply(mesh: FaceOperators, setting: EdgeAware, level: float, progress: Progress | None) -> tuple[Floats, int]:
     """What a setting makes of the mesh, its volume held, and how many faces are flipped."""
     X = mesh.V
     if setting.start == CLIPPED:
-        smoothed = smooth_automatically(mesh, X, criterion).vertices
+        smoothed = smooth_automatically(mesh, X).vertices
     else:
         smoothed = smooth_isotropically(mesh, X, setting.barycenter_weight or MAX_WEIGHT)
     Y = apply_setting(mesh, X, smoothed, setting, progress)
@@ -357,7 +443,7 @@ def _apply(
 
 
 def _weaken(
-    mesh: FaceOperators, Y: Floats, criterion: str, noise: Noise, change: ShapeChange, fractions: Floats | None
+    mesh: FaceOperators, Y: Floats, noise: Noise, change: ShapeChange, fractions: Floats | None
 ) -> tuple[Floats, float, str]:
     """What is returned where a result changes the shape by more than the noise explains.
 
@@ -365,7 +451,7 @@ def _weaken(
     """
     X = mesh.V
     closed, labels = _label_components(mesh)
-    automatic = smooth_automatically(mesh, X, criterion)
+    automatic = smooth_automatically(mesh, X)
     weaker = automatic.vertices
     if fractions is not None:
         weaker = X + fractions[:, None] * (weaker - X)
@@ -373,7 +459,7 @@ def _weaken(
     weaker = np.where((change.excessive & still)[labels][:, None], X, weaker)
     returned = np.where(change.excessive[labels][:, None], weaker, Y)
     done = "the input is" if np.array_equal(returned, X) else "a weaker result is"
-    return returned, float(automatic.barycenter_weight), change.describe_replaced(done)
+    return returned, float(np.median(automatic.barycenter_weight)), change.describe_replaced(done)
 
 
 def _label_components(mesh: FaceOperators) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.int32]]:

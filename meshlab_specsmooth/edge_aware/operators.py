@@ -14,6 +14,7 @@ from meshlab_specsmooth.graph.backend import face_graph, face_kernels
 from meshlab_specsmooth.graph.creases import Cut, cut_along, cut_graph
 from meshlab_specsmooth.graph.face_adjacency import FaceGraph
 from meshlab_specsmooth.graph.protocols import FaceKernels
+from meshlab_specsmooth.noise.voxels import Voxels
 from meshlab_specsmooth.operators.assemble import Operators, assemble_surface
 from meshlab_specsmooth.operators.patches import MIN_COUNTED, Patches, draw_patches
 from meshlab_specsmooth.smoothing.automatic import smooth_operators
@@ -21,6 +22,13 @@ from meshlab_specsmooth.smoothing.filter import smooth_by_setting
 from meshlab_specsmooth.smoothing.result import SmoothingResult
 from meshlab_specsmooth.smoothing.settings import Region, Smoothing
 from meshlab_specsmooth.spectral.low_pass import Heat
+
+# Smaller weights bend the boundary of an open surface, where the Laplacian is one-sided. The weight is then this at the
+# boundary, and falls to that of the rest over so many rings.
+# docs/constants.md: _MIN_BENT
+_MIN_BENT = 0.12
+# docs/constants.md: _WEIGHT_OF_RIM, _RINGS_OF_RIM
+_WEIGHT_OF_RIM, _RINGS_OF_RIM = 0.3, 12
 
 _DIGITS = 30  # binary digits of the unit of length
 
@@ -48,6 +56,8 @@ class FaceOperators:
     boundary : {"auto", "fixed", "curve", "free"}
     cut : Cut or None
         The creases, if there are any.
+    voxels : Voxels or None
+        Of the mask that the surface was made from, where these are known.
     """
 
     V: Floats
@@ -61,6 +71,7 @@ class FaceOperators:
     tangential_fraction: float = 1.0
     boundary: str = "auto"
     cut: Cut | None = None
+    voxels: Voxels | None = None
 
     @property
     def holds_boundary(self) -> bool:
@@ -68,14 +79,18 @@ class FaceOperators:
         return self.boundary in ("fixed", "curve") and bool(self.on_boundary.any())
 
 
-def assemble_faces(V: Floats, F: Integers, counted: Booleans, boundary: str = "auto") -> FaceOperators:
+def assemble_faces(
+    V: Floats, F: Integers, counted: Booleans, boundary: str = "auto", voxels: Voxels | None = None
+) -> FaceOperators:
     """The operators of a surface in mean edges, every vertex with a face."""
     graph = face_graph(F, len(V))
     step_size = 1.0 / np.maximum(np.diff(graph.vertex_indptr), 1)
     ops = assemble_surface(Surface(V, F), weld=False)
     on_boundary = np.zeros(len(V), dtype=np.bool_)
     on_boundary[ops.active[ops.boundary_vertices]] = True
-    mesh = FaceOperators(V, F, graph, face_kernels(graph), step_size, on_boundary, counted, ops, boundary=boundary)
+    mesh = FaceOperators(
+        V, F, graph, face_kernels(graph), step_size, on_boundary, counted, ops, boundary=boundary, voxels=voxels
+    )
     if mesh.holds_boundary:
         step_size[on_boundary] = 0.0
     return mesh
@@ -145,10 +160,13 @@ def compute_volume(mesh: FaceOperators, V: Floats) -> float:
     return float(np.einsum("ij,ij,i->", center, normal, area) / 6)
 
 
-def smooth_automatically(mesh: FaceOperators, V: Floats, criterion: str) -> SmoothingResult:
+def smooth_automatically(mesh: FaceOperators, V: Floats) -> SmoothingResult:
     """What the isotropic filter makes of positions by a choice of its own; impulses are clipped first."""
-    setting = Smoothing(criterion=criterion)  # type: ignore[arg-type]
-    return _smooth(mesh, V, setting, mesh.boundary)
+    spacing = None
+    if mesh.voxels is not None:  # they are along the axes where they are given
+        x, y, z = np.abs(mesh.voxels.axes.T @ mesh.voxels.spacing).tolist()
+        spacing = (x, y, z)
+    return _smooth(mesh, V, Smoothing(spacing=spacing), mesh.boundary)
 
 
 def smooth_isotropically(mesh: FaceOperators, V: Floats, weight: float) -> Floats:
@@ -160,7 +178,8 @@ def smooth_isotropically(mesh: FaceOperators, V: Floats, weight: float) -> Float
     boundary = "free" if mesh.boundary == "auto" else mesh.boundary
     if mesh.cut is not None and not mesh.on_boundary.any():
         boundary = "fixed"  # the only boundaries are those of the cut, where differential coordinates are one-sided
-    X = _smooth(mesh, V, Smoothing(low_pass=Heat(), barycenter_weight=weight), boundary).vertices
+    held = _hold_rim(mesh, weight) if boundary == "free" else weight
+    X = _smooth(mesh, V, Smoothing(low_pass=Heat(), barycenter_weight=held), boundary).vertices
     on_boundary = X[mesh.on_boundary]
     if mesh.tangential_fraction < 1:
         n = compute_vertex_normals(X, mesh.F)
@@ -173,6 +192,21 @@ def smooth_isotropically(mesh: FaceOperators, V: Floats, weight: float) -> Float
         step = (X - V)[mesh.on_boundary]
         X[mesh.on_boundary] = V[mesh.on_boundary] + n * (n * step).sum(axis=1)[:, None]
     return X
+
+
+def _hold_rim(mesh: FaceOperators, weight: float) -> float | Floats:
+    """The weight, firmer toward the boundary of an open surface, where strong smoothing would bend it."""
+    if weight >= _MIN_BENT or not mesh.on_boundary.any():
+        return weight
+    graph, at = mesh.ops.L.graph, mesh.ops.active
+    near = mesh.on_boundary[at].astype(np.float64)
+    reached = near.copy()
+    for ring in range(1, _RINGS_OF_RIM):
+        reached = np.maximum.reduceat(reached[graph.indices], graph.indptr[:-1].astype(np.intp))
+        near = np.maximum(near, (1 - ring / _RINGS_OF_RIM) * reached)
+    found = np.full(len(mesh.V), weight)
+    found[at] = weight * (_WEIGHT_OF_RIM / weight) ** near
+    return found if mesh.cut is None else found[mesh.cut.origin]
 
 
 def at_positions(mesh: FaceOperators, V: Floats) -> FaceOperators:

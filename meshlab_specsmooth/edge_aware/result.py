@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from meshlab_specsmooth.describe import Rows, format_length
 from meshlab_specsmooth.edge_aware.settings import GIVEN, EdgeAware
-from meshlab_specsmooth.noise.model import Noise
+from meshlab_specsmooth.noise.model import STAIRCASE, Noise
 from meshlab_specsmooth.smoothing.result import FilterResult
 
 
@@ -77,6 +77,8 @@ class EdgeAwareResult(FilterResult):
         if not self.considered:
             return self._describe_strays(self.noise)
         used, noise = self.considered[0], self.noise
+        if noise.kind == STAIRCASE and used.setting.is_isotropic:
+            return f"{used.setting.describe()}, as far as the voxels allow; {noise.summary}"
         if len(self.considered) == 1:
             return f"{used.setting.describe()} as given; moved by {format_length(self.displacement, noise.mean_edge)}"
         if math.isnan(used.error):

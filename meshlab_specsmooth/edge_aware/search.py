@@ -23,8 +23,8 @@ from meshlab_specsmooth.runtime.progress import Progress
 # docs/constants.md: _FULL_STEP, _LESS_BY_DENSITY
 _FULL_STEP, _LESS_BY_DENSITY = 1.0, 0.5
 _SEED = 5
-# docs/constants.md: _MAX_ITERATIONS
-_MAX_ITERATIONS = 6
+# Numbers of iterations that are evaluated.
+_COUNTS, _MORE = (1, 2, 3, 4, 6, 8, 11), (15, 21, 30)
 
 # The guide's weight suits noise alone; where the shape has short waves too, it is held more firmly.
 # docs/constants.md: _FIRMER
@@ -38,6 +38,7 @@ _COARSE = (
     (GIVEN, 0.4, 0.35, 1.0),
     (GIVEN, 2.0, 0.2, 1.0),
     (GIVEN, 2.0, 0.35, 1.0),
+    (GIVEN, 2.0, 0.08, 1.0),
     (SMOOTHED, 0.1, 0.4, 1.0),
     (SMOOTHED, 0.1, 0.4, _FIRMER),
     (SMOOTHED, 0.4, 0.28, 1.0),
@@ -51,7 +52,7 @@ _RATIOS = ((2.0, 2**0.5), (2.0, 2**0.5), (2**0.5, 2**0.25))
 _STRENGTHS = (0.02, 8.0)
 # Normals of neighbors are 0.14 apart on a surface that turns by 8 degrees an edge; 1 is 60 degrees.
 # docs/constants.md: _RANGE_SIGMAS
-_RANGE_SIGMAS = (0.14, 1.0)
+_RANGE_SIGMAS = (0.05, 1.0)
 
 # The error is flat about its minimum: of settings whose error is within this fraction of it, the one that lets the
 # least noise through is taken, as normals still gain.
@@ -109,8 +110,8 @@ class Search:
         """Risk and divergence by what the setting makes of the positions without and with the probe."""
         return Candidate(setting, *self.probe.estimate(plain - self.mesh.V, probed - plain))
 
-    def follow(self, key: _Key, iterations: int | None) -> list[Candidate]:
-        """The setting with 1, 2, ... iterations, until the risk rises; or with the given number alone."""
+    def follow(self, key: _Key, counts: tuple[int, ...]) -> list[Candidate]:
+        """The setting with these numbers of iterations, until the risk rises."""
         start, strength, range_sigma, weight = key
         with ThreadPoolExecutor(2) as pool:
             walks = [
@@ -118,9 +119,9 @@ class Search:
                 for given, smoothed in zip(self.positions, self.smooth(weight), strict=True)
             ]
             found: list[Candidate] = []
-            for count in range(1, (iterations or _MAX_ITERATIONS) + 1):
+            for count in range(1, counts[-1] + 1):
                 plain, probed = pool.map(next, walks)
-                if iterations is not None and count < iterations:
+                if count not in counts:
                     continue
                 setting = EdgeAware(
                     strength=strength, range_sigma=range_sigma, iterations=count, start=start, barycenter_weight=weight
@@ -131,19 +132,19 @@ class Search:
         return found
 
 
-def evaluate_clipped(search: Search, criterion: str) -> Candidate:
+def evaluate_clipped(search: Search) -> Candidate:
     """The isotropic filter that clips impulses first."""
-    plain, probed = (smooth_automatically(search.mesh, V, criterion) for V in search.positions)
-    setting = EdgeAware(iterations=0, start=CLIPPED, barycenter_weight=float(plain.barycenter_weight))
+    plain, probed = (smooth_automatically(search.mesh, V) for V in search.positions)
+    setting = EdgeAware(iterations=0, start=CLIPPED, barycenter_weight=float(np.median(plain.barycenter_weight)))
     return search.evaluate(setting, plain.vertices, probed.vertices)
 
 
-def prepare_search(mesh: FaceOperators, L: Laplacian, found: NoiseEstimate, factor: float) -> Search:
-    """For noise of ``factor`` times the estimate; ``L`` is the uniform Laplacian of the mesh."""
+def prepare_search(mesh: FaceOperators, L: Laplacian, found: NoiseEstimate) -> Search:
+    """For measured noise; ``L`` is the uniform Laplacian of the mesh."""
     n, noise = found.normals, found.noise
-    draws = factor * sample(L, n, noise, _SEED)[:, :1]
+    draws = sample(L, n, noise, _SEED)[:, :1]
     step = _FULL_STEP - _LESS_BY_DENSITY * noise.impulse_density
-    probe = Probe(n, draws, factor * noise.level, mesh.counted, step)
+    probe = Probe(n, draws, noise.level, mesh.counted, step)
     return Search(mesh, probe, (mesh.V, probe.perturb(mesh.V)[0]))
 
 
@@ -153,16 +154,18 @@ def search_settings(
     with_isotropic: bool,
     isotropic: Candidate | None,
     progress: Progress | None,
+    is_large: bool = False,
 ) -> list[Candidate]:
     """Evaluate settings: coarse ones, then the neighbors of the best as long as they are better.
 
     ``isotropic`` is the isotropic filter's own choice; where it is better by far, the neighbors are not evaluated.
+    ``is_large``: whether the mesh is so large that many iterations take too long.
     """
     found: dict[_Key, list[Candidate]] = {}
 
-    def evaluate(key: _Key) -> float:
+    def evaluate(key: _Key, counts: tuple[int, ...] = _COUNTS) -> float:
         if key not in found:
-            found[key] = search.follow(key, given.iterations)
+            found[key] = search.follow(key, counts if given.iterations is None else (given.iterations,))
             if progress is not None:
                 progress(1 - 0.9 ** len(found))  # their number is not known beforehand
         return min(each.risk for each in found[key])
@@ -180,6 +183,9 @@ def search_settings(
     is_beaten = isotropic is not None and isotropic.risk < _FAR_BETTER**2 * evaluate(best)
     for ratios in () if is_beaten else _RATIOS:
         best = min([best, *_neighbors_of(best, given, *ratios)], key=evaluate)
+    still_falls = given.iterations is None and found[best][-1].setting.iterations == _COUNTS[-1]
+    if still_falls and not is_large:
+        found[best] += search.follow(best, _MORE)
     candidates = [each for path in found.values() for each in path]
     if isotropic is not None:
         candidates.append(isotropic)
@@ -190,11 +196,11 @@ def search_settings(
     return candidates
 
 
-def rank(candidates: list[Candidate], has_tolerance: bool) -> list[Candidate]:
-    """The choice, then from the least risk on; ``has_tolerance``: whether the choice may have a slightly higher one."""
+def rank(candidates: list[Candidate]) -> list[Candidate]:
+    """The choice, then from the least risk on; the choice may have a slightly higher one."""
     candidates = sorted(candidates, key=lambda each: each.risk)
     least = candidates[0].risk
-    enough = least + ((1 + _RISK_TOLERANCE) ** 2 - 1) * max(least, 0.0) if has_tolerance else least
+    enough = least + ((1 + _RISK_TOLERANCE) ** 2 - 1) * max(least, 0.0)
     choice = min((each for each in candidates if each.risk <= enough), key=lambda each: each.divergence)
     return [choice, *(each for each in candidates if each is not choice)]
 

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 
 import numpy.typing as npt
 
-from meshlab_specsmooth.choices import Criterion
 from meshlab_specsmooth.describe import count_of
 from meshlab_specsmooth.parameters import (
     MAX_FACE_ITERATIONS,
@@ -17,8 +16,7 @@ from meshlab_specsmooth.parameters import (
     check_count,
     check_number,
 )
-from meshlab_specsmooth.risk.choose_weight import CRITERIA
-from meshlab_specsmooth.smoothing.settings import Region, Setting
+from meshlab_specsmooth.smoothing.settings import Region, Setting, check_spacing
 
 #: What the first iteration filters; ``"clipped"`` is the isotropic filter after clipping impulses, without iterations.
 GIVEN, SMOOTHED, CLIPPED = "given", "smoothed", "clipped"
@@ -31,8 +29,6 @@ class EdgeAware(Setting):
 
     Parameters
     ----------
-    criterion : {"position", "normals"}
-        Whose error is minimized; for normals the noise is taken to be 1.4 times as high.
     strength : float, optional
         t, from 2.2e-16 to 4.5e15; 0.1 is gentle, 2 to 6 suits hard edges under much noise. Chosen by estimated error if
         not given.
@@ -56,7 +52,6 @@ class EdgeAware(Setting):
     EdgeAware(strength=2.0, range_sigma=0.3, iterations=3)
     """
 
-    criterion: Criterion = "position"
     strength: float | None = None
     range_sigma: float | None = None
     iterations: int | None = None
@@ -66,7 +61,6 @@ class EdgeAware(Setting):
     def __post_init__(self) -> None:
         weight = self.barycenter_weight
         self._set(
-            criterion=check_choice("criterion", self.criterion, CRITERIA),
             strength=None if self.strength is None else check_number("strength", self.strength, *STRENGTH_BOUNDS),
             range_sigma=None
             if self.range_sigma is None
@@ -81,7 +75,7 @@ class EdgeAware(Setting):
     @property
     def is_automatic(self) -> bool:
         """Whether all of it is to be chosen."""
-        return self == EdgeAware(criterion=self.criterion)
+        return self == EdgeAware()
 
     @property
     def is_isotropic(self) -> bool:
@@ -110,14 +104,16 @@ class Denoising(Setting):
 
     Parameters
     ----------
-    criterion : {"position", "normals"}
-        Whose error is minimized; for normals the noise is taken to be 1.4 times as high.
+    spacing : float or (3,) floats, optional
+        Sides of the voxels, in mesh units and along x, y and z, where the surface was made from a binary mask: it is
+        then smoothed as far as nearly all vertices stay within about half a voxel of where they were. Recognized if not
+        given, where the mesh is unchanged but for its position, orientation and scale.
     """
 
-    criterion: Criterion = "position"
+    spacing: float | tuple[float, float, float] | None = None
 
     def __post_init__(self) -> None:
-        self._set(criterion=check_choice("criterion", self.criterion, CRITERIA))
+        self._set(spacing=None if self.spacing is None else check_spacing(self.spacing))
 
 
 @dataclass(frozen=True, eq=False, repr=False)

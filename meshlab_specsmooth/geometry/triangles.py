@@ -43,7 +43,10 @@ def compute_aspects(X: Floats, F: Integers) -> Floats:
 
 
 def compute_heights(X: Floats, F: Integers) -> Floats:
-    """(e,) distance of a corner from the plane of the face on the other side, for each edge of two faces."""
+    """(e,) height of a corner over the plane of the face on the other side, for each edge of two faces.
+
+    Positive where the edge is concave.
+    """
     n, m = len(X), len(F)
     ends = np.sort(np.concatenate([F[:, [0, 1]], F[:, [1, 2]], F[:, [2, 0]]]), axis=1).astype(np.int64)
     corner, face = np.concatenate([F[:, 2], F[:, 0], F[:, 1]]), np.tile(np.arange(m), 3)
@@ -53,4 +56,4 @@ def compute_heights(X: Floats, F: Integers) -> Floats:
     pair = np.flatnonzero(key[1:] == key[:-1])
     here, there = face[order[pair]], corner[order[pair + 1]]
     normal = normalize_rows(compute_face_vectors(X, F))
-    return np.asarray(np.abs(np.einsum("ij,ij->i", X[there] - X[F[here, 0]], normal[here])))
+    return np.asarray(np.einsum("ij,ij->i", X[there] - X[F[here, 0]], normal[here]))

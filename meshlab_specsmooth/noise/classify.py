@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.special import ndtr
 
-from meshlab_specsmooth.arrays import Booleans, Floats
+from meshlab_specsmooth.arrays import Booleans, Floats, Integers
 from meshlab_specsmooth.geometry.triangles import (
     compute_aspects,
     compute_face_vectors,
@@ -187,16 +187,19 @@ def compute_quantization_std(X: Floats) -> Floats:
 
 
 def compute_noise_fraction(levels_by_band: tuple[float, ...]) -> float:
-    """The fraction of the level in the first band that is white noise, not detail of the shape.
+    """The fraction of the level in the first band that is white noise, not detail of the shape."""
+    first, second = levels_by_band[:2]
+    return float(fraction_by_growth(np.array(second / first))) if first else 1.0
+
+
+def fraction_by_growth(growth: Floats) -> Floats:
+    """The same for the growth b_1 / b_0 of the level from the first band to the second.
 
     b_0^2 = s^2 + d^2 and b_1^2 = (c s)^2 + (g d)^2 with a detail d that grows g-fold from a band to the next, and noise
     that seems to grow c-fold at most.
     """
-    growth, scatter = _GROWTH_OF_DETAIL**2, _SCATTER**2
-    first, second = (level**2 for level in levels_by_band[:2])
-    if first == 0:
-        return 1.0
-    return float(np.sqrt(np.clip((growth - second / first) / (growth - scatter), 0.0, 1.0)))
+    detail, scatter = _GROWTH_OF_DETAIL**2, _SCATTER**2
+    return np.asarray(np.sqrt(np.clip((detail - growth**2) / (detail - scatter), 0.0, 1.0)))
 
 
 def classify(
@@ -227,13 +230,14 @@ def classify(
     return WHITE
 
 
-def find_doubt(ops: Operators, noise: Noise, residual: Floats) -> str | None:
-    """The reason why measured noise may be shape; None if there is none."""
+def find_doubt(ops: Operators, counted: Booleans, noise: Noise, residual: Floats) -> str | None:
+    """The reason why noise that was measured at the vertices that count may be shape; None if there is none."""
+    faces = _find_counted_faces(ops, counted)
     if _is_two_sided(ops):
         return "faces that look opposite ways lie upon each other"
     if noise.kind == NONE:
         return None
-    aspect = float(np.median(compute_aspects(ops.positions, ops.faces)))
+    aspect = float(np.median(compute_aspects(ops.positions, faces))) if len(faces) else np.inf
     if aspect > _MAX_ASPECT:
         return f"half of the triangles are more than {_MAX_ASPECT:.0f} times as long as high"
     if noise.level > _MAX_LEVEL * ops.mean_edge:
@@ -246,7 +250,7 @@ def find_doubt(ops: Operators, noise: Noise, residual: Floats) -> str | None:
     if noise.kind in (IMPULSE, QUANTIZED):
         repeats = _compute_repeats(residual, _REPEATED * ops.mean_edge) > _MAX_REPEATS[noise.kind]
         return "the largest deviations repeat exactly, as at the edges of a CAD model" if repeats else None
-    heights = compute_heights(ops.positions, ops.faces)
+    heights = np.abs(compute_heights(ops.positions, faces))
     low, high = _EXACT_FRACTIONS
     exact = float((heights < _EXACT_HEIGHT * ops.mean_edge).mean()) if len(heights) else 0.0
     if low < exact < high:
@@ -258,14 +262,20 @@ def find_doubt(ops: Operators, noise: Noise, residual: Floats) -> str | None:
     return None
 
 
-def describe_terraces(ops: Operators, noise: Noise) -> str | None:
+def describe_terraces(ops: Operators, counted: Booleans, noise: Noise) -> str | None:
     """That the noise has the flat faces of a mask's staircase; None if it has not."""
     if noise.kind not in (WHITE, DIRECTIONAL):
         return None
-    flat = _compute_flat_fraction(compute_heights(ops.positions, ops.faces), noise)
+    faces = _find_counted_faces(ops, counted)
+    flat = _compute_flat_fraction(np.abs(compute_heights(ops.positions, faces)), noise)
     if flat <= _MAX_FLAT:
         return None
     return f"{100 * flat:.0f} % of the edges are exactly flat, as on the terraces of a mask"
+
+
+def _find_counted_faces(ops: Operators, counted: Booleans) -> Integers:
+    """All faces, or where most of the vertices do not count, those between vertices that do."""
+    return ops.faces if 2 * counted.sum() > len(counted) else ops.faces[counted[ops.faces].all(axis=1)]
 
 
 def _compute_flat_fraction(heights: Floats, noise: Noise) -> float:

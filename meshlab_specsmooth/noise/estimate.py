@@ -23,13 +23,14 @@ from meshlab_specsmooth.noise.classify import (
     fit_covariance,
     split_white_correlated,
 )
-from meshlab_specsmooth.noise.model import CORRELATED, IMPULSE, NEGLIGIBLE, QUANTIZED, Noise
+from meshlab_specsmooth.noise.model import CORRELATED, IMPULSE, NEGLIGIBLE, QUANTIZED, STAIRCASE, Noise
 from meshlab_specsmooth.noise.scales import (
     bilaplacian_row_norms,
     compute_levels,
     filter_by_bands,
     filter_by_powers,
 )
+from meshlab_specsmooth.noise.voxels import Voxels, find_voxels
 from meshlab_specsmooth.operators.assemble import Operators
 from meshlab_specsmooth.operators.patches import MIN_VERTICES
 from meshlab_specsmooth.operators.reconstruction import reconstruct
@@ -71,13 +72,16 @@ class NoiseEstimate:
     noise : Noise
     normals : (k, 3) float64
         Of the smoothed guide.
+    voxels : Voxels or None
+        Of the mask that the surface was made from, if it is a staircase.
     """
 
     noise: Noise
     normals: Floats
+    voxels: Voxels | None = None
 
 
-def estimate(ops: Operators, counted: Booleans) -> NoiseEstimate:
+def estimate(ops: Operators, counted: Booleans, voxels: Voxels | None = None) -> NoiseEstimate:
     """Estimate level and kind of the noise.
 
     Parameters
@@ -86,6 +90,8 @@ def estimate(ops: Operators, counted: Booleans) -> NoiseEstimate:
         Uniform: with it the noise of every vertex weighs the same.
     counted : (k,) bool
         Vertices that are measured, see :func:`meshlab_specsmooth.operators.patches.find_interior`.
+    voxels : Voxels, optional
+        Of the mask that the surface was made from, where these are known; recognized otherwise.
     """
     X, L = ops.positions, ops.L
     if ops.mean_edge == 0:
@@ -156,12 +162,36 @@ def estimate(ops: Operators, counted: Booleans) -> NoiseEstimate:
         covariance=covariance / rms_level**2 if rms_level > 0 else np.zeros((3, 3)),
         impulse_density=impulse_density,
     )
-    reason = find_doubt(ops, noise, residual)
+    voxels = find_voxels(X, ops.faces) if voxels is None else voxels
+    if voxels is not None:
+        return NoiseEstimate(_describe_staircase(noise, voxels, at), normals, voxels)
+    reason = find_doubt(ops, counted, noise, residual)
     if reason is not None:
         noise = noise.unclear(max(high * rms_level, level), reason)
     else:
-        noise = replace(noise, reason=describe_terraces(ops, noise))
+        noise = replace(noise, reason=describe_terraces(ops, counted, noise))
     return NoiseEstimate(noise, normals)
+
+
+def _describe_staircase(noise: Noise, voxels: Voxels, normals: Floats) -> Noise:
+    """The error of a mask's surface: uniform within a voxel, along one axis at each vertex."""
+    covariance = voxels.covariance()
+    # the share of the vertices on lattice edges along an axis is that of the normals' components
+    share = np.abs(normals @ voxels.axes.T)
+    share /= np.maximum(share.sum(axis=1, keepdims=True), np.finfo(np.float64).tiny)
+    variance = ((normals @ voxels.axes.T) ** 2 * share * voxels.spacing**2 / 12).sum(axis=1)
+    level = float(np.sqrt(variance.mean()))
+    return replace(
+        noise,
+        level=level,
+        low=0.5 * level,
+        high=2.0 * level,
+        kind=STAIRCASE,
+        correlated_level=0.0,
+        impulse_density=1.0,
+        covariance=covariance / level**2,
+        spacing=tuple(voxels.spacing.tolist()),
+    )
 
 
 def initial_weight(level: float) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -11,7 +11,8 @@ from meshlab_specsmooth.describe import Described, Rows, format_bound, format_ed
 
 NONE, WHITE, DIRECTIONAL, QUANTIZED = "none", "white", "directional", "quantized"
 IMPULSE, CORRELATED, UNCLEAR = "impulse", "correlated", "unclear"
-KINDS = (NONE, WHITE, DIRECTIONAL, QUANTIZED, IMPULSE, CORRELATED, UNCLEAR)
+STAIRCASE = "staircase"
+KINDS = (NONE, WHITE, DIRECTIONAL, QUANTIZED, IMPULSE, CORRELATED, UNCLEAR, STAIRCASE)
 
 # Below this fraction of an edge nothing is called noise: it tilts normals by a degree or two, and the triangles of any
 # real mesh leave as much (an unsmoothed scan of 28 000 vertices has 0.015, a coarse model of 3000 more).
@@ -21,9 +22,12 @@ NEGLIGIBLE = 0.02
 #: Number of powers of L, and of bands of wavelength, in which a level is measured.
 POWER_COUNT, BAND_COUNT = 4, 6
 
+# Quantiles of a level that varies.
+_SHOWN = (0.1, 0.9)
+
 # Fields of :class:`Noise` that are lengths, and tuples of lengths.
 LENGTHS = ("level", "low", "high", "mean_edge", "correlated_level")
-LEVELS = ("levels_by_power", "levels_by_band")
+LEVELS = ("levels_by_power", "levels_by_band", "spacing")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -37,12 +41,13 @@ class Noise(Described):
     low, high : float
         95 % confidence interval of the level, if the kind is right. For ``"correlated"`` it is a factor of two either
         way, since the long waves of such noise cannot be separated from shape.
-    kind : {"none", "white", "directional", "quantized", "impulse", "correlated", "unclear"}
+    kind : {"none", "white", "directional", "quantized", "impulse", "correlated", "unclear", "staircase"}
         ``"none"``: below 2 % of an edge. ``"white"``: independent from vertex to vertex. ``"directional"``: white,
         and along one direction mostly, as along the line of sight. ``"quantized"``: coordinates rounded to a lattice.
         ``"impulse"``: some vertices far off.
         ``"correlated"``: correlated between neighbors. ``"unclear"``: the triangles are too uneven, too coarse or too
         few to separate noise from shape; the level is then 0, and ``high`` the level if nothing were shape.
+        ``"staircase"``: the surface of a binary mask, whose steps are known to be within half a voxel.
     mean_edge : float
         Of the mesh as given; noise makes edges longer.
     levels_by_power : (4,) tuple of float
@@ -62,6 +67,13 @@ class Noise(Described):
         Fraction of the vertices that have noise: below 1 for impulses.
     reason : str or None
         Why noise and shape cannot be separated, or why the measured level may be something other than noise.
+    spacing : (3,) tuple of float
+        Sides of the voxels of a staircase; empty for other kinds.
+    local : (n,) float64 or None
+        The level at each vertex of the mesh, where it was measured: by ``estimate_noise``, and by the filters where it
+        is not the same everywhere. 0 where there is none.
+    varies : bool
+        Whether the level is not the same everywhere: ``level`` is then the root mean square where there is noise.
 
     Examples
     --------
@@ -89,6 +101,9 @@ class Noise(Described):
     covariance: Floats
     impulse_density: float = 1.0
     reason: str | None = None
+    spacing: tuple[float, ...] = ()
+    local: Floats | None = field(default=None, repr=False)
+    varies: bool = False
 
     @property
     def warning(self) -> str | None:
@@ -121,6 +136,8 @@ class Noise(Described):
         """
         if self.kind == UNCLEAR:
             return self.high
+        if self.kind == STAIRCASE:  # how far each vertex is off is not random
+            return self.level
         return float(np.sqrt(self.level * (self.high - self.level)))
 
     @property
@@ -145,7 +162,7 @@ class Noise(Described):
             return f"no noise (below {100 * NEGLIGIBLE:g} % of an edge)"
         if self.kind == UNCLEAR:
             return f"noise cannot be separated from shape: {self.reason}"
-        return f"noise {self.describe_level()}"
+        return self.describe_level() if self.kind == STAIRCASE else f"noise {self.describe_level()}"
 
     def describe_level(self) -> str:
         """Kind and level for tables."""
@@ -153,6 +170,8 @@ class Noise(Described):
             return f"none (below {100 * NEGLIGIBLE:g} % of an edge)"
         if self.kind == UNCLEAR:
             return f"unclear: {self.reason}"
+        if self.kind == STAIRCASE:
+            return f"staircase of voxels of {' x '.join(f'{side:.3g}' for side in self.spacing)}"
         return f"{self.kind} {format_length(self.level, self.mean_edge)}"
 
     def rows(self) -> Rows:
@@ -167,6 +186,9 @@ class Noise(Described):
             rows.append(("correlated", f"{format_length(self.correlated_level, edge)} of it between neighbors"))
         if self.impulse_density < 1:
             rows.append(("impulses", f"at {100 * self.impulse_density:.3g} % of the vertices"))
+        if self.varies and self.local is not None:
+            low, high = np.quantile(self.local[self.local > 0], _SHOWN)
+            rows.append(("varies", f"from {format_edges(low, edge)} to {format_length(high, edge)} over the surface"))
         rows.append(("mean edge", f"{edge:.4g}"))
         return rows if self.warning is None else [*rows, ("warning", self.warning)]
 
@@ -175,7 +197,8 @@ class Noise(Described):
         lengths = {
             name: np.ldexp(np.multiply(getattr(self, name), factor), exponent).tolist() for name in (*LENGTHS, *LEVELS)
         }
-        return replace(self, **lengths | {name: tuple(lengths[name]) for name in LEVELS})
+        local = None if self.local is None else np.ldexp(self.local * factor, exponent)
+        return replace(self, **lengths | {name: tuple(lengths[name]) for name in LEVELS}, local=local)
 
     @staticmethod
     def zero(mean_edge: float) -> Noise:
@@ -194,4 +217,5 @@ class Noise(Described):
             correlated_level=0.0,
             covariance=np.zeros((3, 3)),
             reason=reason,
+            varies=False,
         )

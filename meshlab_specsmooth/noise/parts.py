@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from meshlab_specsmooth.arrays import Booleans, Floats, Integers
 from meshlab_specsmooth.noise.estimate import estimate
+from meshlab_specsmooth.noise.local import find_varying_noise
 from meshlab_specsmooth.noise.model import NONE, UNCLEAR, Noise
 from meshlab_specsmooth.operators.assemble import Operators, assemble_patch
 from meshlab_specsmooth.operators.components import label_components
@@ -105,6 +106,9 @@ def estimate_surface(ops: Operators) -> Noise:
     count, labels = label_components(ops.L)
     parts = group_components(ops, count, labels) if count > 1 else []
     if len(parts) < 2:
+        varying = find_varying_noise(ops)
+        if varying is not None and varying.noise.varies:
+            return replace(varying.noise, local=np.where(varying.is_noisy, varying.level, 0.0))
         patches = draw_patches(ops)
         return estimate(patches.ops, patches.counted).noise
     found = []

@@ -6,7 +6,7 @@ import numpy as np
 
 from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.graph.laplacian import Laplacian
-from meshlab_specsmooth.noise.model import CORRELATED, DIRECTIONAL, IMPULSE, QUANTIZED, Noise
+from meshlab_specsmooth.noise.model import CORRELATED, DIRECTIONAL, IMPULSE, QUANTIZED, STAIRCASE, Noise
 from meshlab_specsmooth.noise.scales import correlate
 
 
@@ -27,7 +27,7 @@ def sample(L: Laplacian, normals: Floats, noise: Noise, seed: int) -> Floats:
         other = np.random.default_rng([seed, 1]).standard_normal(normals.shape)
         white_level = np.sqrt(noise.level**2 - noise.correlated_level**2)
         return np.asarray(white_level * white + noise.correlated_level * correlate(L, other))
-    if noise.kind in (DIRECTIONAL, QUANTIZED):
+    if noise.kind in (DIRECTIONAL, QUANTIZED, STAIRCASE):
         variance = np.maximum(np.einsum("ni,ij,nj->n", normals, noise.covariance, normals), 0.0)
         return np.asarray(noise.level * np.sqrt(variance)[:, None] * white)
     if noise.kind == IMPULSE:

@@ -90,6 +90,15 @@ class Operators:
         V, F = self.surface.vertices, self.surface.faces
         return f"<Operators: {len(V)} vertices, {len(F)} faces, {self.laplacian} Laplacian>"
 
+    def spread(self, values: Floats, elsewhere: float = 0.0) -> Floats:
+        """(n,) values of the active vertices, (k,), at the vertices of the surface."""
+        if self.active_index is None:
+            return values
+        found = np.full(len(self.active_index), elsewhere)
+        is_active = self.active_index >= 0
+        found[is_active] = values[self.active_index[is_active]]
+        return found
+
     @property
     def boundary_vertices(self) -> Integers:
         """(b,) int32 indices of the active vertices on the boundary."""

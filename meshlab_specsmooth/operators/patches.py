@@ -23,6 +23,9 @@ _COUNT = 5
 # docs/constants.md: _SIZE
 _SIZE = 1600
 
+# Many small ones, to see whether they differ.
+_SPOTS, _SIZE_OF_SPOT = 48, 250
+
 #: Where waves are evaluated that are as long as these are wide.
 WIDE = 5000
 
@@ -85,6 +88,13 @@ def draw_patches(ops: Operators, mask: Booleans | None = None) -> Patches:
     return _assemble(ops, *_cut_out(ops, starts, _SIZE), mask, _MARGIN, starts)
 
 
+def draw_spots(ops: Operators, mask: Booleans | None = None) -> Patches:
+    """Many small patches from all over a mesh."""
+    among = np.arange(len(ops.positions)) if mask is None or mask.sum() < MIN_COUNTED else np.flatnonzero(mask)
+    starts = tuple(int(among[at]) for at in _spread(ops.positions.take(among, axis=0), _SPOTS))
+    return _assemble(ops, *_cut_out(ops, starts, _SIZE_OF_SPOT), mask, _MARGIN, starts)
+
+
 def widen_patches(ops: Operators, patches: Patches, mask: Booleans | None = None) -> Patches:
     """Patches of :data:`WIDE` vertices at the same places, of which fewer next to the boundary count; or all of it."""
     if len(ops.positions) <= _COUNT * WIDE:
@@ -138,7 +148,7 @@ def find_interior(ops: Operators, mask: Booleans | None = None, margin: int = _M
     return interior
 
 
-def _spread(X: Floats) -> list[int]:
+def _spread(X: Floats, count: int = _COUNT) -> list[int]:
     """Indices of vertices at equal steps along Morton's curve through a grid, the lowest of each cell."""
     low, high = (blocks.reduce_rows(of, X) for of in (np.minimum, np.maximum))
     widest = float((high - low).max())
@@ -152,8 +162,8 @@ def _spread(X: Floats) -> list[int]:
     blocks.parallel_rows(encode, len(X))
     below = np.cumsum(np.bincount(code))
     starts = []
-    for k in range(_COUNT):
-        chosen = np.searchsorted(below, (2 * k + 1) * len(X) / (2 * _COUNT))
+    for k in range(count):
+        chosen = np.searchsorted(below, (2 * k + 1) * len(X) / (2 * count))
         there = np.flatnonzero(code == chosen)
         starts.append(int(there[np.lexsort(X[there].T)[0]]))
     return starts

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, cast
 
 import numpy as np
+import numpy.typing as npt
 
 from meshlab_specsmooth.arrays import Booleans, Floats
 from meshlab_specsmooth.noise.estimate import (
@@ -21,9 +22,12 @@ from meshlab_specsmooth.noise.estimate import (
     estimate,
     initial_weight,
 )
+from meshlab_specsmooth.noise.local import VaryingNoise, find_varying_noise
 from meshlab_specsmooth.noise.model import IMPULSE, Noise
 from meshlab_specsmooth.noise.sample import sample
+from meshlab_specsmooth.noise.voxels import Voxels
 from meshlab_specsmooth.operators.assemble import Operators, at_positions
+from meshlab_specsmooth.operators.barycenters import weighted_gram_of_barycenters
 from meshlab_specsmooth.operators.patches import Patches, draw_patches, find_interior, widen_patches
 from meshlab_specsmooth.operators.reconstruction import Constraints, error_gain, reconstruct
 from meshlab_specsmooth.risk.impulses import clip_impulses
@@ -32,14 +36,8 @@ from meshlab_specsmooth.runtime import blocks
 from meshlab_specsmooth.runtime.progress import Progress, announce, subrange
 from meshlab_specsmooth.spectral.chebyshev import ChebyshevSeries
 from meshlab_specsmooth.spectral.design import design
+from meshlab_specsmooth.spectral.low_pass import Heat
 from meshlab_specsmooth.spectral.response import Family, Response
-
-CRITERIA = ("position", "normals")
-
-#: Normals need stronger smoothing than positions, as if the noise were this many times as high (measured): the error
-#: of positions does not show the short waves that normals depend on.
-# docs/constants.md: LEVEL_FACTORS
-LEVEL_FACTORS = {"position": 1.0, "normals": 1.4}
 
 _SEED = 20251
 
@@ -60,8 +58,22 @@ _TOLERANCE = 2.5e-3
 # docs/constants.md: _RISK_TOLERANCE
 _RISK_TOLERANCE = 0.02
 
+# Weights differ over the surface by no more than this factor from that of the mean level.
+_MAX_PROFILE = 16.0
+
 # A smaller weight smooths waves that are as long as patches are wide; then wider ones decide.
 _NARROW = 0.1
+
+#: Terraces are waves of many edges, which the default low-pass would keep; two gentle passes leave less of them than a
+#: strong one.
+# docs/constants.md: STAIRCASE_WAVELENGTH, STAIRCASE_ITERATIONS
+STAIRCASE_WAVELENGTH, STAIRCASE_ITERATIONS = 200.0, 2
+
+# This fraction of the vertices of a staircase moves by no more than so many halves of a voxel along every axis. The
+# weight is found to within a few per cent.
+# docs/constants.md: _MAX_HALVES, _MAX_HALVES_OF_CORNERS
+_WITHIN, _MAX_HALVES, _MAX_HALVES_OF_CORNERS = 0.99, 1.3, 1.4
+_MAX_WEIGHT_OF_STAIRCASE, _ACCURACY = 2.0, 0.1
 
 # Below this fraction of an edge there is nothing to choose for.
 _MIN_LEVEL = 0.002
@@ -132,6 +144,8 @@ class WeightChoice:
         Index among the candidates.
     considered : tuple of ConsideredWeight
         All weights that were evaluated.
+    varying : VaryingNoise or None
+        Where the noise varies: ``weight`` is then that of the mean level, see :func:`compute_profile`.
     """
 
     weight: float
@@ -139,57 +153,84 @@ class WeightChoice:
     noise: Noise
     low_pass: int = 0
     considered: tuple[ConsideredWeight, ...] = field(default=())
+    varying: VaryingNoise | None = None
 
     @property
     def error(self) -> float:
         """The root of the risk, in the units of the positions; 0 where it is negative."""
         return float(np.sqrt(max(self.risk, 0.0)))
 
+    @property
+    def weights(self) -> float | Floats:
+        """The weight, or where the noise varies, (k,) weights of the vertices."""
+        return self.weight if self.varying is None else self.weight * compute_profile(self.varying)
+
+
+def compute_profile(varying: VaryingNoise) -> Floats:
+    """(k,) weights that are inverse to the level of the noise, relative to that of the mean level."""
+    relative = np.where(varying.is_noisy, varying.relative, np.inf)
+    ratio = np.clip(_mean_relative(varying) / relative, 1 / _MAX_PROFILE, _MAX_PROFILE)
+    return np.asarray(np.where(varying.is_noisy, ratio, 1.0))
+
+
+def _mean_relative(varying: VaryingNoise) -> float:
+    return float(np.sqrt((varying.relative[varying.is_noisy] ** 2).mean()))
+
 
 def choose_weight(
     ops: Operators,
-    criterion: str,
     candidates: Sequence[CandidateLowPass],
     mask: Booleans | None = None,
     progress: Progress | None = None,
+    voxels: Voxels | None = None,
 ) -> WeightChoice:
     """Choose the barycenter weight, and the low-pass, of least estimated error.
 
     Parameters
     ----------
     ops : Operators
-    criterion : {"position", "normals"}
-        Whose error is minimized.
     candidates : sequence of CandidateLowPass
         On a large mesh only the first is considered.
     mask : (k,) bool, optional
         Vertices that count, where these are enough; all by default.
     progress : callable, optional
         Called with the fraction done; the number of weights is not known beforehand.
+    voxels : Voxels, optional
+        Of the mask that the surface was made from, where these are known.
     """
     announce(progress, "measuring noise")
+    varying = find_varying_noise(ops, mask) if voxels is None else None
+    if varying is not None:
+        mask = varying.is_noisy if mask is None else mask & varying.is_noisy
     patches = draw_patches(ops, mask)
-    found = estimate(patches.ops, patches.counted)
+    if varying is None:
+        found = estimate(patches.ops, patches.counted, voxels)
+    else:
+        found = NoiseEstimate(varying.noise, compute_guide_normals(patches.ops, varying.noise.level))
     if progress is not None:
         progress(_MEASURING)
     announce(progress, "choosing")
     rest = subrange(progress, _MEASURING, 1 - _MEASURING)
-    return choose_on_patches(ops, patches, found, criterion, candidates, mask, rest)
+    return choose_on_patches(ops, patches, found, candidates, mask, rest, varying)
 
 
 def choose_on_patches(
     ops: Operators,
     patches: Patches,
     found: NoiseEstimate,
-    criterion: str,
     candidates: Sequence[CandidateLowPass],
     mask: Booleans | None = None,
     progress: Progress | None = None,
+    varying: VaryingNoise | None = None,
 ) -> WeightChoice:
     """The same where patches are drawn and their noise is measured; parameters as for :func:`choose_weight`."""
     noise, on, counted = found.noise, patches.ops, patches.counted
     if noise.is_left_alone:
         return WeightChoice(MAX_WEIGHT, max(noise.level, noise.resolution) ** 2, noise)
+    if found.voxels is not None:
+        wide = widen_patches(ops, patches, mask) if patches.starts else patches
+        weight = _choose_within_voxels(wide.ops, wide.counted, found.voxels)
+        return WeightChoice(weight, 0.0, noise)
     if noise.kind == IMPULSE:
         on = at_positions(on, clip_impulses(on))
         counted = find_interior(on)
@@ -200,9 +241,10 @@ def choose_on_patches(
     is_wide = not patches.starts or noise.kind == IMPULSE
     lowest = MIN_WEIGHT if is_wide else _NARROW / 2
     considered, minima = [], []
+    locally = None if varying is None else LocalProbe.of(varying, patches.vertices)
     for i, candidate in enumerate(candidates):
         report = subrange(progress, i * share, share)
-        weight, risk, curve = search_weight(on, counted, found, criterion, candidate, report, lowest=lowest)
+        weight, risk, curve = search_weight(on, counted, found, candidate, report, lowest=lowest, locally=locally)
         minima.append(ConsideredWeight(weight, i, risk))
         considered += [ConsideredWeight(w, i, r) for w, r in curve]
     best = min(minima, key=lambda each: each.risk)
@@ -210,31 +252,84 @@ def choose_on_patches(
         wide = widen_patches(ops, patches, mask)
         on, candidate = wide.ops, candidates[best.low_pass]
         found = replace(found, normals=compute_guide_normals(on, noise.level))
-        weight, risk, curve = search_weight(on, wide.counted, found, criterion, candidate, guess=best.weight / 2)
+        locally = None if varying is None else LocalProbe.of(varying, wide.vertices)
+        weight, risk, curve = search_weight(on, wide.counted, found, candidate, guess=best.weight / 2, locally=locally)
         best = ConsideredWeight(weight, best.low_pass, risk)
         considered = [ConsideredWeight(w, best.low_pass, r) for w, r in curve]
-    return WeightChoice(best.weight, best.risk, noise, best.low_pass, tuple(considered))
+    return WeightChoice(best.weight, best.risk, noise, best.low_pass, tuple(considered), varying)
+
+
+def _choose_within_voxels(ops: Operators, counted: Booleans, voxels: Voxels) -> float:
+    """The smallest weight with which nearly all vertices stay as near as the true surface is.
+
+    With the heat response of :data:`STAIRCASE_WAVELENGTH`, :data:`STAIRCASE_ITERATIONS` times.
+    """
+    X, constraints = ops.positions, _hold(ops, None)
+    remove = CandidateLowPass(Heat().family, STAIRCASE_WAVELENGTH).remover(ops, MIN_WEIGHT)
+    most = _MAX_HALVES_OF_CORNERS if voxels.has_corners else _MAX_HALVES
+
+    def is_within(weight: float) -> bool:
+        shape = X
+        for _ in range(STAIRCASE_ITERATIONS):
+            change, start = remove(shape)
+            shape = reconstruct(ops.L, ops.gram, shape, weight, change, GUIDE_RTOL, start, constraints)
+        return float(np.quantile(voxels.measure(shape - X)[counted], _WITHIN)) <= most
+
+    low, high = np.log(MIN_WEIGHT), np.log(_MAX_WEIGHT_OF_STAIRCASE)
+    while high - low > _ACCURACY:
+        middle = (low + high) / 2
+        low, high = (low, middle) if is_within(float(np.exp(middle))) else (middle, high)
+    return float(np.exp(high))
+
+
+@dataclass(frozen=True, eq=False)
+class LocalProbe:
+    """Noise that varies, on patches.
+
+    Attributes
+    ----------
+    level : (k,) float64
+        Standard deviation, relative to the level of the noise.
+    profile : (k,) float64
+        Weights, relative to the one that is searched for.
+    begin : float
+        A first guess of it.
+    """
+
+    level: Floats
+    profile: Floats
+    begin: float
+
+    @staticmethod
+    def of(varying: VaryingNoise, vertices: npt.NDArray[np.int64]) -> LocalProbe:
+        """On some vertices."""
+        level = np.where(varying.is_noisy, varying.level, 0.0)[vertices] / varying.noise.level
+        return LocalProbe(level, compute_profile(varying)[vertices], initial_weight(_mean_relative(varying)))
 
 
 def search_weight(
     ops: Operators,
     counted: Booleans,
     found: NoiseEstimate,
-    criterion: str,
     candidate: CandidateLowPass,
     progress: Progress | None = None,
     guess: float | None = None,
     lowest: float = MIN_WEIGHT,
+    locally: LocalProbe | None = None,
 ) -> tuple[float, float, list[tuple[float, float]]]:
     """Weight and risk at the minimum for one low-pass, and all that were evaluated, from a guess on."""
     noise, n = found.noise, found.normals
     if noise.level <= _MIN_LEVEL * ops.mean_edge:
         return initial_weight(0.0), noise.level**2, []
-    factor = LEVEL_FACTORS[criterion]
-    z = sample(ops.L, n, noise, _SEED) * factor
-    begin = initial_weight(noise.level / ops.mean_edge) if guess is None else guess
+    z, gram = sample(ops.L, n, noise, _SEED), ops.gram
+    begin = initial_weight(noise.level / ops.mean_edge)
+    if locally is not None:
+        z *= locally.level[:, None]
+        gram = weighted_gram_of_barycenters(ops.faces, ops.L.size, locally.profile[ops.faces].mean(axis=1))
+        begin = locally.begin
+    begin = begin if guess is None else guess
     remove = candidate.remover(ops, MIN_WEIGHT)
-    constraints = _hold_boundary(ops)
+    constraints = _hold(ops, None if locally is None else locally.level == 0)
     both = ops.positions, z
     removed = _in_threads(remove, both)
     curve: list[tuple[float, float]] = []
@@ -244,7 +339,7 @@ def search_weight(
 
         def apply(given: tuple[Floats, tuple[Floats, Floats | None]]) -> Floats:
             X, (change, start) = given
-            return reconstruct(ops.L, ops.gram, X, weight, change, GUIDE_RTOL, start, constraints)
+            return reconstruct(ops.L, gram, X, weight, change, GUIDE_RTOL, start, constraints)
 
         shape, filtered = _in_threads(apply, zip(both, removed, strict=True))
         moved = ((shape - ops.positions) * n).sum(axis=1)[counted]
@@ -254,8 +349,7 @@ def search_weight(
             progress(1 - _REMAINING ** len(curve))
         return value
 
-    tolerance = _RISK_TOLERANCE if criterion == "position" else 0.0
-    log_weight, least = _minimize(risk, float(np.log(begin)), tolerance, lowest)
+    log_weight, least = _minimize(risk, float(np.log(begin)), _RISK_TOLERANCE, lowest)
     return float(np.clip(np.exp(log_weight), MIN_WEIGHT, MAX_WEIGHT)), least, curve
 
 
@@ -271,13 +365,17 @@ def _in_threads(work: Callable[[Any], Any], items: Iterable[Any]) -> list[Any]:
     return results
 
 
-def _hold_boundary(ops: Operators) -> Constraints | None:
-    """The boundary is held: that of patches would be pulled inward, and what is smoothed next to it."""
-    if len(ops.boundary_vertices) == 0:
+def _hold(ops: Operators, still: Booleans | None) -> Constraints | None:
+    """Hold the boundary, as that of patches would be pulled inward, and what is smoothed next to it; and what is still.
+
+    ``still``: (k,) vertices without noise, where it varies.
+    """
+    if len(ops.boundary_vertices) == 0 and still is None:
         return None
-    free = np.ones((ops.L.size, 1))
-    free[ops.boundary_vertices] = 0.0
-    return Constraints(free, free, np.zeros((ops.L.size, 3)))
+    rows = np.ones((ops.L.size, 1))
+    rows[ops.boundary_vertices] = 0.0
+    free = rows if still is None else rows * ~still[:, None]
+    return Constraints(free, rows, np.zeros((ops.L.size, 3)))
 
 
 def _minimize(risk: Callable[[float], float], start: float, tolerance: float, lowest: float) -> tuple[float, float]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
@@ -14,10 +15,12 @@ from meshlab_specsmooth.describe import Described, Rows, format_length
 from meshlab_specsmooth.errors import FilterFailed, InvalidParameter
 from meshlab_specsmooth.geometry.surface import LARGEST_EXPONENT, check_extent
 from meshlab_specsmooth.noise.estimate import estimate
+from meshlab_specsmooth.noise.local import measure_local_level
 from meshlab_specsmooth.noise.model import KINDS, LENGTHS, LEVELS, WHITE, Noise
 from meshlab_specsmooth.noise.outliers import replace_outliers
 from meshlab_specsmooth.noise.parts import estimate_surface
 from meshlab_specsmooth.noise.sample import sample
+from meshlab_specsmooth.noise.scales import walk
 from meshlab_specsmooth.operators.assemble import Operators, as_operators, as_uniform
 from meshlab_specsmooth.operators.patches import find_interior
 from meshlab_specsmooth.parameters import (
@@ -41,6 +44,9 @@ _STEP = 0.05
 
 _PROBES = 4
 
+# Steps of the lazy random walk that the field of an error is averaged over: some 200 and some 1500 vertices.
+_STEPS_OF_NOISE, _STEPS_OF_SHAPE = 30, 240
+
 # Bounds of what a caller may change in a Noise, with room to spare: the variance of impulses is that of all vertices
 # over the fraction that has noise, and the variance in one direction is at most nine times the mean.
 _MIN_DENSITY, _MAX_COVARIANCE = 1e-9, 1e9
@@ -62,7 +68,8 @@ def estimate_noise(mesh: Mesh, faces: npt.ArrayLike | None = None) -> Noise:
     :class:`Noise`). White noise between 0.05 and 0.5 edges is found to a few per cent where the mesh resolves its
     shape; fine detail counts as noise, so a coarse model of a curved shape has some. Large meshes are represented by
     patches, which are the same for any order of vertices and faces. Of components of different scale or noise, the
-    largest is measured. Where the triangles are too uneven, too coarse or too few, the kind is ``"unclear"``.
+    largest is measured. ``noise.local`` is the level at each vertex. Where the triangles are too uneven, too coarse or
+    too few, the kind is ``"unclear"``.
 
     Parameters
     ----------
@@ -85,7 +92,13 @@ def estimate_noise(mesh: Mesh, faces: npt.ArrayLike | None = None) -> Noise:
     """
     ops = as_uniform(as_operators(mesh, faces, "uniform"))
     with blocks.one_blas_thread():
-        return estimate_noise_of(ops).scaled(ops.exponent)
+        noise = estimate_noise_of(ops)
+        if noise.local is None and ops.L.size > 0 and ops.mean_edge > 0:
+            found = measure_local_level(ops, find_interior(ops))
+            noise = replace(noise, local=found.noise * found.edge)
+        if noise.local is not None:
+            noise = replace(noise, local=ops.spread(noise.local))
+        return noise.scaled(ops.exponent)
 
 
 def estimate_noise_of(ops: Operators) -> Noise:
@@ -113,6 +126,8 @@ class ErrorEstimate(Described):
     probes : int
     vertices : (n, 3) float64
         What the filter made of the surface.
+    field : (n,) float64
+        The expected error around each vertex, in mesh units.
     risks : tuple of float
         By each probe, NaN for a probe that was skipped. The difference of two filters with the same probes is known
         more accurately than either.
@@ -125,6 +140,7 @@ class ErrorEstimate(Described):
     probes: int
     vertices: Floats
     risks: tuple[float, ...] = ()
+    field: Floats = dataclasses.field(default_factory=lambda: np.empty(0))
 
     @property
     def summary(self) -> str:
@@ -207,7 +223,8 @@ def estimate_error(
     perturbed = prepared.perturb() if prepared.probe.draws.any() else []
     V, exponent = prepared.ops.surface.vertices, prepared.ops.exponent
     largest = float(np.ldexp(1.0, min(LARGEST_EXPONENT, _MAX_MOVE_EXPONENT + exponent)))
-    return prepared.estimate(_apply(filter, V, largest), [_apply(filter, X, largest) for X in perturbed])
+    result, again = _apply(filter, V, largest), [_apply(filter, X, largest) for X in perturbed]
+    return replace(prepared.estimate(result, again), field=prepared.estimate_field(result, again))
 
 
 @dataclass(frozen=True, eq=False)
@@ -274,6 +291,26 @@ class SurfaceProbe:
             tuple(np.ldexp(risks, 2 * unit).tolist()),
         )
 
+    def estimate_field(self, result: Floats, perturbed: Sequence[Floats]) -> Floats:
+        """(n,) the root of the estimate for a filter, in the neighborhood of each vertex; parameters as above.
+
+        What the filter lets through of the noise is averaged over few vertices. The rest, which is what it does to the
+        shape, is a small difference of large numbers, and is averaged over many.
+        """
+        L, n = self.ops.L, self.probe.normals
+        if L.size == 0:
+            return np.zeros(len(result))
+        moved = (self._scale(result - self.ops.surface.vertices) * n).sum(axis=1)
+        through, rest = np.zeros(L.size), moved**2
+        for z, again in zip(self.probe.draws.T, perturbed, strict=False):
+            response = (self._scale(again - result) * n).sum(axis=1) / self.probe.step
+            through += response**2 / len(perturbed)
+            rest += (2 * z * response - z**2 - response**2) / len(perturbed)
+        through, _, _ = walk(L, np.repeat(through[:, None], 3, axis=1), _STEPS_OF_NOISE).T
+        rest, _, _ = walk(L, np.repeat(rest[:, None], 3, axis=1), _STEPS_OF_SHAPE).T
+        error = np.sqrt(np.maximum(through + np.maximum(rest, 0.0), 0.0))
+        return self.ops.spread(np.ldexp(error, self.ops.exponent))
+
     def _scale(self, D: Floats) -> Floats:
         """(k, 3) displacements of the active vertices in the units of the probe."""
         return np.asarray(np.ldexp(D[self.ops.active], -self.ops.exponent))
@@ -295,12 +332,18 @@ def prepare_probe(
     with blocks.one_blas_thread():
         found = estimate(ops, find_interior(ops))
         assumed = estimate_noise_of(ops) if noise is None else found.noise
+        if assumed.local is not None:
+            assumed = replace(assumed, local=ops.spread(assumed.local))
     if isinstance(noise, Noise):
-        assumed = _check_noise(noise, ops.exponent)
+        assumed = _check_noise(noise, ops.exponent, len(ops.surface.vertices))
     elif noise is not None:
         level = _check_level("noise", noise, ops.exponent)
-        assumed = replace(assumed, level=level, low=level, high=level, kind=WHITE, covariance=np.eye(3))
+        assumed = replace(
+            assumed, level=level, low=level, high=level, kind=WHITE, covariance=np.eye(3), local=None, varies=False
+        )
     draws = np.hstack([sample(ops.L, found.normals, assumed, seed + k) for k in range(0, probes, 3)])[:, :probes]
+    if assumed.varies and assumed.local is not None and assumed.level > 0:
+        draws *= (assumed.local[ops.active] / assumed.level)[:, None]
     probe = Probe(found.normals, draws, assumed.level, np.ones(n, dtype=np.bool_), _STEP)
     return SurfaceProbe(ops, probe, assumed.scaled(ops.exponent))
 
@@ -312,7 +355,14 @@ def _check_level(name: str, given: object, exponent: int) -> float:
     return float(np.ldexp(check_number(name, given, low, high, what), -exponent))
 
 
-def _check_noise(noise: Noise, exponent: int) -> Noise:
+def _check_local(local: object, count: int) -> None:
+    if not isinstance(local, np.ndarray) or local.dtype.kind != "f" or local.shape != (count,):
+        raise InvalidParameter(f"noise.local is {show(local)}; it must have one level for each of {count} vertices")
+    for i in np.flatnonzero(~((local >= 0) & np.isfinite(local)))[:1]:
+        raise InvalidParameter(f"noise.local[{i}] is {local[i]}; levels are finite, and not negative")
+
+
+def _check_noise(noise: Noise, exponent: int, count: int) -> Noise:
     """Noise in extents of the mesh; what a caller has changed in it must still be noise."""
     check_choice("noise.kind", noise.kind, KINDS)
     lengths = {
@@ -328,6 +378,8 @@ def _check_noise(noise: Noise, exponent: int) -> Noise:
             raise InvalidParameter(f"noise.{name} is {show(levels)}; it must be a tuple of levels")
         for i, each in enumerate(levels):
             _check_level(f"noise.{name}[{i}]", each, exponent)
+    if noise.local is not None:
+        _check_local(noise.local, count)
     covariance = noise.covariance
     if not (isinstance(covariance, np.ndarray) and covariance.shape == (3, 3) and covariance.dtype.kind == "f"):
         raise InvalidParameter(f"noise.covariance is {show(covariance)}; it must be an array of floats of shape (3, 3)")

@@ -4,15 +4,7 @@ import numpy.typing as npt
 
 from meshlab_specsmooth.adapters import Mesh
 from meshlab_specsmooth.arrays import Floats
-from meshlab_specsmooth.choices import (
-    AnyResponseName,
-    Boundary,
-    Criterion,
-    LaplacianKind,
-    Method,
-    ModeCount,
-    ResponseName,
-)
+from meshlab_specsmooth.choices import AnyResponseName, Boundary, LaplacianKind, Method, ModeCount, ResponseName
 from meshlab_specsmooth.runtime.progress import Progress
 from meshlab_specsmooth.runtime.workspace import Workspace
 from meshlab_specsmooth.smoothing.choice import Choice
@@ -30,7 +22,7 @@ def smooth(
     wavelength: float | None = None,
     response: AnyResponseName | CutoffResponse | Response | Family = "auto",
     barycenter_weight: float | Floats | None = None,
-    criterion: Criterion = "position",
+    spacing: float | tuple[float, float, float] | None = None,
     iterations: int = 1,
     method: Method = "auto",
     mode_count: ModeCount = "estimate",
@@ -80,8 +72,10 @@ def smooth(
         or noise are smoothed one by one. Where noise and shape cannot be separated, nothing is moved, and where the
         shape would change by more than the noise explains, a weaker result or the input is returned; ``result.warning``
         says so.
-    criterion : {"position", "normals"}
-        Whose error a chosen weight minimizes; normals need stronger smoothing.
+    spacing : float or (3,) floats, optional
+        Sides of the voxels, in mesh units and along x, y and z, where the surface was made from a binary mask: the
+        weight is then the smallest with which nearly all vertices stay within about half a voxel of where they were.
+        Recognized if not given, where the mesh is unchanged but for its position, orientation and scale.
     iterations : int
         How often the three steps are applied, each time to the last result; at most 1000.
     method : {"auto", "exact", "chebyshev"}
@@ -160,7 +154,7 @@ def choose(
     wavelength: float | None = None,
     response: AnyResponseName | CutoffResponse | Response | Family = "auto",
     barycenter_weight: float | Floats | None = None,
-    criterion: Criterion = "position",
+    spacing: float | tuple[float, float, float] | None = None,
     iterations: int = 1,
     method: Method = "auto",
     mode_count: ModeCount = "estimate",
@@ -201,8 +195,10 @@ def choose(
         or noise are smoothed one by one. Where noise and shape cannot be separated, nothing is moved, and where the
         shape would change by more than the noise explains, a weaker result or the input is returned; ``result.warning``
         says so.
-    criterion : {"position", "normals"}
-        Whose error a chosen weight minimizes; normals need stronger smoothing.
+    spacing : float or (3,) floats, optional
+        Sides of the voxels, in mesh units and along x, y and z, where the surface was made from a binary mask: the
+        weight is then the smallest with which nearly all vertices stay within about half a voxel of where they were.
+        Recognized if not given, where the mesh is unchanged but for its position, orientation and scale.
     iterations : int
         How often the three steps are applied, each time to the last result; at most 1000.
     method : {"auto", "exact", "chebyshev"}

@@ -17,15 +17,23 @@ import numpy.typing as npt
 from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.geometry.surface import Surface
 from meshlab_specsmooth.geometry.triangles import compute_vertex_normals
-from meshlab_specsmooth.noise.estimate import MAX_WEIGHT
-from meshlab_specsmooth.noise.model import CORRELATED, IMPULSE, UNCLEAR, Noise
+from meshlab_specsmooth.noise.estimate import MAX_WEIGHT, MIN_WEIGHT
+from meshlab_specsmooth.noise.local import describe_varying
+from meshlab_specsmooth.noise.model import CORRELATED, IMPULSE, STAIRCASE, UNCLEAR, Noise
 from meshlab_specsmooth.noise.outliers import describe_outliers, replace_outliers
 from meshlab_specsmooth.noise.parts import Part, describe_left_alone, describe_levels, group_components
 from meshlab_specsmooth.noise.shape_change import ShapeChange, compare_shapes
 from meshlab_specsmooth.noise.thin_triangles import describe_lost, find_lost_vertices
+from meshlab_specsmooth.noise.voxels import Voxels
 from meshlab_specsmooth.operators.assemble import Operators, assemble_surface, scale_by_power
 from meshlab_specsmooth.operators.components import label_components
-from meshlab_specsmooth.risk.choose_weight import CandidateLowPass, WeightChoice, choose_weight
+from meshlab_specsmooth.risk.choose_weight import (
+    STAIRCASE_ITERATIONS,
+    STAIRCASE_WAVELENGTH,
+    CandidateLowPass,
+    WeightChoice,
+    choose_weight,
+)
 from meshlab_specsmooth.risk.impulses import clip_impulses
 from meshlab_specsmooth.runtime import blocks
 from meshlab_specsmooth.runtime.progress import Progress, finish, monotone, subrange
@@ -133,7 +141,8 @@ def choose_setting(
     given = setting.low_pass
     candidates: tuple[LowPassLike, ...] = (Heat(), Ideal()) if given is None else (given,)
     tried = [_as_candidate(ops, low_pass, setting) for low_pass in candidates]
-    choice = choose_weight(ops, setting.criterion, tried, mask, subrange(progress, 0.0, _CHOICE))
+    voxels = None if setting.spacing is None else Voxels.of(setting.spacing, 2.0**-ops.exponent)
+    choice = choose_weight(ops, tried, mask, subrange(progress, 0.0, _CHOICE), voxels)
     X = positions = ops.positions
     if choice.noise.kind == IMPULSE:
         free = resolve_region(ops, region).free
@@ -141,7 +150,14 @@ def choose_setting(
     elif choice.noise.kind == CORRELATED and region.boundary == "auto" and ops.boundary is not None:
         free = resolve_region(ops, replace(region, boundary="free")).free
         positions = np.where(free > 0, move_boundary_along_normals(ops, choice.weight), X)
-    chosen = replace(setting, low_pass=candidates[choice.low_pass], barycenter_weight=choice.weight)
+    weight: float | Floats = choice.weight
+    if choice.varying is not None:
+        weight = np.full(len(ops.surface.vertices), MAX_WEIGHT)
+        weight[ops.active] = np.clip(choice.weights, MIN_WEIGHT, MAX_WEIGHT)
+    chosen = replace(setting, low_pass=candidates[choice.low_pass], barycenter_weight=weight, spacing=None)
+    if choice.noise.kind == STAIRCASE:
+        wavelength = float(np.ldexp(STAIRCASE_WAVELENGTH * choice.noise.mean_edge, ops.exponent))
+        chosen = replace(chosen, low_pass=Heat(wavelength=wavelength), iterations=STAIRCASE_ITERATIONS)
     return Chosen(choice, chosen, ops if positions is X else replace(ops, positions=positions), candidates)
 
 
@@ -167,7 +183,7 @@ def _smooth_automatically(
     is_part: bool = False,
 ) -> SmoothingResult:
     count, labels = label_components(ops.L)
-    if count > 1 and not is_part:
+    if count > 1 and not is_part and setting.spacing is None:
         parts = group_components(ops, count, labels)
         if len(parts) > 1:
             return _smooth_parts(ops, parts, setting, region, progress, began)
@@ -190,6 +206,9 @@ def _smooth_automatically(
         displacement += base.positions - ops.positions
         result = with_displacement(ops, result, displacement)
     unit = ops.exponent
+    if noise.varies and chosen.choice.varying is not None:
+        varying = chosen.choice.varying
+        noise = replace(noise, local=ops.spread(np.where(varying.is_noisy, varying.level, 0.0)))
     result = replace(
         result,
         noise=noise.scaled(unit),
@@ -250,6 +269,10 @@ def _smooth_parts(
         key=lambda pair: (pair[1].noise is not None and not pair[1].noise.is_left_alone, len(pair[0].vertices)),
     )
     squares = [len(p.vertices) * (r.estimated_error or 0.0) ** 2 for p, r in results]
+    local = np.zeros(len(vertices))
+    for each, part in results:
+        if part.noise is not None:
+            local[each.vertices] = part.noise.level if part.noise.local is None else part.noise.local
     result = replace(
         first,
         vertices=moved,
@@ -260,6 +283,7 @@ def _smooth_parts(
         warning=None,
         seconds=time.perf_counter() - began,
         given=ops.surface,
+        noise=None if first.noise is None else replace(first.noise, local=ops.spread(local)),
     )
     levels = describe_levels([r.noise for _, r in results if r.noise is not None])
     return add_warnings(result, *ops.notes, levels, *warnings)
@@ -305,6 +329,12 @@ def _smooth_within_noise(
 ) -> SmoothingResult:
     """Smooth with the chosen weight, or a higher one, or not, so that the shape changes no more than noise explains."""
     noise, notes = chosen.choice.noise, []
+    varying = chosen.choice.varying
+    if varying is not None:
+        if not varying.is_noisy.all():
+            region = replace(region, mask=exclude_vertices(ops, region, ~varying.is_noisy))
+        description = describe_varying(varying)
+        notes += [] if description is None else [description]
 
     def smooth(setting: Smoothing, region: Region, start: SmoothingResult | None) -> SmoothingResult:
         result = smooth_by_setting(
@@ -324,7 +354,7 @@ def _smooth_within_noise(
         displacement[lost] = 0.0  # where impulses were clipped before
         result = with_displacement(ops, result, displacement.copy())
     change = first = compare_to_result(ops, displacement, count, labels, noise)
-    weight = chosen.choice.weight
+    weight: float | Floats = 1.0 if setting.barycenter_weight is None else setting.barycenter_weight
     for _ in range(_MAX_RETRIES):
         if not change.excessive.any():
             break
@@ -332,7 +362,7 @@ def _smooth_within_noise(
         if not compare_to_result(ops, held, count, labels, noise).excessive.any():
             notes.append(f"the volume was held, which smoothing would change ({change.describe()})")
             return add_warnings(with_displacement(ops, result, held), *notes)
-        weight *= _RETRY_FACTOR
+        weight = weight * _RETRY_FACTOR
         result = smooth(replace(setting, barycenter_weight=weight), region, None)
         displacement = get_displacement(ops, result.vertices)
         change = compare_to_result(ops, displacement, count, labels, noise)

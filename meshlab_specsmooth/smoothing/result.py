@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+import importlib
 from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
@@ -12,7 +14,7 @@ from meshlab_specsmooth.adapters import Source, WithMesh
 from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.describe import Described, Pictured, Rows, count_of, format_length
 from meshlab_specsmooth.geometry.surface import Surface
-from meshlab_specsmooth.noise.model import Noise
+from meshlab_specsmooth.noise.model import STAIRCASE, Noise
 from meshlab_specsmooth.smoothing.settings import Setting
 
 
@@ -52,6 +54,13 @@ class FilterResult(WithMesh, Described):
     outliers: npt.NDArray[np.int64] = field(default_factory=lambda: np.empty(0, dtype=np.int64))
     source: Source | None = field(default=None, repr=False)
     given: Surface | None = None
+
+    @functools.cached_property
+    def error_field(self) -> Floats:
+        """(n,) expected error around each vertex, in mesh units; see :func:`estimate_error_field`."""
+        # of a higher layer: it applies the filter again
+        module = importlib.import_module("meshlab_specsmooth.error_field")
+        return np.asarray(module.estimate_error_field(self))
 
     def pictured(self) -> Pictured | None:
         """Before and after."""
@@ -153,6 +162,8 @@ class SmoothingResult(FilterResult):
             return f"{filter_} as given; moved by {format_length(self.displacement, self.mean_edge)}"
         if self.noise.is_left_alone:
             return self._describe_strays(self.noise)
+        if self.noise.kind == STAIRCASE:
+            return f"{weight}, as far as the voxels allow; {self.noise.summary}"
         error = self.noise.format_error(self.estimated_error)
         return f"{weight} by estimated error {error} edges; {self.noise.summary}"
 

@@ -13,12 +13,13 @@ import numpy as np
 import numpy.typing as npt
 
 from meshlab_specsmooth.arrays import Floats
-from meshlab_specsmooth.choices import Boundary, Criterion, Method, ModeCount, ResponseName
+from meshlab_specsmooth.choices import Boundary, Method, ModeCount, ResponseName
 from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.operators.reconstruction import TOLERANCE
 from meshlab_specsmooth.parameters import (
     GAIN_BOUNDS,
     MAX_ITERATIONS,
+    SPACING_BOUNDS,
     TOLERANCE_BOUNDS,
     check_barycenter_weight,
     check_choice,
@@ -27,7 +28,6 @@ from meshlab_specsmooth.parameters import (
     check_number,
     show,
 )
-from meshlab_specsmooth.risk.choose_weight import CRITERIA
 from meshlab_specsmooth.spectral.design import METHODS, MODE_COUNTS
 from meshlab_specsmooth.spectral.low_pass import LOW_PASSES, CutoffResponse, Ideal, LowPassLike, make_low_pass
 from meshlab_specsmooth.spectral.response import Family, Response
@@ -133,8 +133,10 @@ class Smoothing(Setting):
         or noise are smoothed one by one. Where noise and shape cannot be separated, nothing is moved, and where the
         shape would change by more than the noise explains, a weaker result or the input is returned; ``result.warning``
         says so.
-    criterion : {"position", "normals"}
-        Whose error a chosen weight minimizes; normals need stronger smoothing.
+    spacing : float or (3,) floats, optional
+        Sides of the voxels, in mesh units and along x, y and z, where the surface was made from a binary mask: the
+        weight is then the smallest with which nearly all vertices stay within about half a voxel of where they were.
+        Recognized if not given, where the mesh is unchanged but for its position, orientation and scale.
     iterations : int
         How often the three steps are applied, each time to the last result; at most 1000.
     method : {"auto", "exact", "chebyshev"}
@@ -164,7 +166,7 @@ class Smoothing(Setting):
 
     low_pass: LowPassLike | None = None
     barycenter_weight: float | Floats | None = None
-    criterion: Criterion = "position"
+    spacing: float | tuple[float, float, float] | None = None
     iterations: int = 1
     method: Method = "auto"
     mode_count: ModeCount = "estimate"
@@ -179,7 +181,7 @@ class Smoothing(Setting):
         self._set(
             low_pass=_check_low_pass(self.low_pass, is_optional=True),
             barycenter_weight=None if weight is None else check_weight_field(weight),
-            criterion=check_choice("criterion", self.criterion, CRITERIA),
+            spacing=None if self.spacing is None else check_spacing(self.spacing, weight is not None),
             iterations=check_count("iterations", self.iterations, 1, MAX_ITERATIONS),
             method=check_choice("method", self.method, METHODS),
             mode_count=check_choice("mode_count", self.mode_count, MODE_COUNTS),
@@ -330,6 +332,18 @@ def check_weight_field(given: object) -> float | Floats:
     stored = array.astype(np.float64)
     stored.flags.writeable = False
     return stored
+
+
+def check_spacing(given: object, is_weight_given: bool = False) -> float | tuple[float, float, float]:
+    """Sides of voxels, one number or three; raises :class:`InvalidParameter`."""
+    if is_weight_given:
+        raise InvalidParameter("spacing and barycenter_weight are both given; give one of them")
+    if not isinstance(given, list | tuple | np.ndarray):
+        return check_number("spacing", given, *SPACING_BOUNDS)
+    if np.shape(given) != (3,):
+        raise InvalidParameter(f"spacing is {show(given)}; it must be a length, or one for each of x, y and z")
+    x, y, z = (check_number(f"spacing[{i}]", each, *SPACING_BOUNDS) for i, each in enumerate(given))
+    return x, y, z
 
 
 def _check_low_pass(given: object, is_optional: bool = False) -> Any:
