@@ -32,6 +32,7 @@ _NAMES = {
     "edge_aware.api": "denoise smooth_edge_aware",
     "edge_aware.result": "EdgeAwareResult",
     "edge_aware.settings": "Denoising EdgeAware EdgeAwareRegion",
+    "error_field": "estimate_error_field",
     "errors": (
         "ClusterError FileError FilterFailed InvalidParameter InvalidSurface InvalidXml MeshSetError "
         "MissingExtra MissingLibrary NoDisplay NoPython NotAMesh NotConverged Slow SpecsmoothError TooLarge"
@@ -42,12 +43,14 @@ _NAMES = {
     "meshlab.signatures": (
         "MeshSet apply_coord_edge_aware_smoothing apply_coord_spectral_denoising "
         "apply_coord_spectral_enhancement apply_coord_spectral_low_pass apply_coord_spectral_smoothing "
+        "compute_scalar_by_estimated_error compute_scalar_by_noise_level "
         "compute_scalar_by_spectral_displacement get_spectrum"
     ),
     "noise.model": "Noise",
     "operators.assemble": "Operators assemble",
     "power_spectrum": "Spectrum spectrum",
     "report.compared": "compare",
+    "report.fields": "draw_field",
     "risk.estimate_error": "ErrorEstimate estimate_error estimate_noise",
     "runtime.bars": "show_progress",
     "runtime.workspace": "Workspace",

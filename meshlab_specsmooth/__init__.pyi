@@ -11,6 +11,7 @@ from meshlab_specsmooth.edge_aware.result import EdgeAwareResult as EdgeAwareRes
 from meshlab_specsmooth.edge_aware.settings import Denoising as Denoising
 from meshlab_specsmooth.edge_aware.settings import EdgeAware as EdgeAware
 from meshlab_specsmooth.edge_aware.settings import EdgeAwareRegion as EdgeAwareRegion
+from meshlab_specsmooth.error_field import estimate_error_field as estimate_error_field
 from meshlab_specsmooth.errors import ClusterError as ClusterError
 from meshlab_specsmooth.errors import FileError as FileError
 from meshlab_specsmooth.errors import FilterFailed as FilterFailed
@@ -37,6 +38,8 @@ from meshlab_specsmooth.meshlab.signatures import apply_coord_spectral_denoising
 from meshlab_specsmooth.meshlab.signatures import apply_coord_spectral_enhancement as apply_coord_spectral_enhancement
 from meshlab_specsmooth.meshlab.signatures import apply_coord_spectral_low_pass as apply_coord_spectral_low_pass
 from meshlab_specsmooth.meshlab.signatures import apply_coord_spectral_smoothing as apply_coord_spectral_smoothing
+from meshlab_specsmooth.meshlab.signatures import compute_scalar_by_estimated_error as compute_scalar_by_estimated_error
+from meshlab_specsmooth.meshlab.signatures import compute_scalar_by_noise_level as compute_scalar_by_noise_level
 from meshlab_specsmooth.meshlab.signatures import (
     compute_scalar_by_spectral_displacement as compute_scalar_by_spectral_displacement,
 )
@@ -47,6 +50,7 @@ from meshlab_specsmooth.operators.assemble import assemble as assemble
 from meshlab_specsmooth.power_spectrum import Spectrum as Spectrum
 from meshlab_specsmooth.power_spectrum import spectrum as spectrum
 from meshlab_specsmooth.report.compared import compare as compare
+from meshlab_specsmooth.report.fields import draw_field as draw_field
 from meshlab_specsmooth.risk.estimate_error import ErrorEstimate as ErrorEstimate
 from meshlab_specsmooth.risk.estimate_error import estimate_error as estimate_error
 from meshlab_specsmooth.risk.estimate_error import estimate_noise as estimate_noise

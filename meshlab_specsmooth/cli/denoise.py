@@ -18,7 +18,7 @@ DESCRIPTION = """Estimates the noise, tries the isotropic filter and several set
 the result of least estimated error. Needs no parameter and no ground truth."""
 EXAMPLES = """examples:
   specsmooth denoise scan.ply smooth.ply
-  specsmooth denoise scan.ply smooth.obj --criterion normals
+  specsmooth denoise mask.stl smooth.stl --spacing 0.7 --slice-spacing 3
   specsmooth denoise tile.ply smooth.ply --boundary fixed
   specsmooth denoise part.ply smooth.ply --crease-angle 60"""
 

@@ -20,6 +20,11 @@ def keyword_arguments(ms: pymeshlab.MeshSet, values: dict[str, Any], *optional: 
     Every parameter of a filter has a value; for those listed as ``optional``, zero means that it is not given.
     """
     given = {name: value for name, value in values.items() if name not in optional or value != 0}
+    across, slices = given.pop("spacing", 0), given.pop("slice_spacing", 0)
+    if across or slices:
+        if not across:
+            raise InvalidParameter(f"slice_spacing is {slices:g} without a spacing; give both")
+        given["spacing"] = (across, across, slices or across)
     if given.pop("selected", False):
         given["mask"] = _selected(ms, "vertex_selection") | _selected(ms, "face_selection")
     if "features" in given:

@@ -24,8 +24,9 @@ from meshlab_specsmooth.meshlab.mesh_filter import FILTERS as FILTERS
 from meshlab_specsmooth.meshlab.mesh_filter import WRITING, Call, mesh_filter
 from meshlab_specsmooth.meshlab.mesh_filter import quiet as quiet
 from meshlab_specsmooth.meshlab.meshset import get_arrays
-from meshlab_specsmooth.operators.assemble import BYTES_PER_VERTEX
+from meshlab_specsmooth.operators.assemble import BYTES_PER_VERTEX, assemble
 from meshlab_specsmooth.power_spectrum import spectrum
+from meshlab_specsmooth.risk.estimate_error import estimate_noise
 from meshlab_specsmooth.runtime.memory import require
 from meshlab_specsmooth.runtime.progress import subrange
 from meshlab_specsmooth.smoothing.api import enhance, low_pass, smooth
@@ -191,6 +192,67 @@ def compute_scalar_by_spectral_displacement(call: Call) -> tuple[Report, Change]
         f"{format_edges(high, edge)}; {result.summary}"
     )
     return Report({"rms": rms, "min": low, "max": high}, Sentence(summary)), Change(quality=quality)
+
+
+@mesh_filter
+def compute_scalar_by_noise_level(call: Call) -> tuple[Report, Change]:
+    """
+    Returns
+    -------
+    dict
+        All fields of :class:`meshlab_specsmooth.Noise` except for ``local``, which is the quality.
+
+    Examples
+    --------
+    >>> import pymeshlab
+    >>> import meshlab_specsmooth as mss
+    >>> ms = pymeshlab.MeshSet()
+    >>> ms.create_sphere()
+    >>> mss.compute_scalar_by_noise_level(ms)["kind"]
+    'none'
+    """  # noqa: D205 (the summary is in the descriptor)
+    vertices, faces = get_arrays(call.ms)
+    check_finite(vertices, is_moved=False)
+    unit = call.values.pop("unit")
+    found = estimate_noise(assemble(vertices, faces, **call.values))
+    local = np.zeros(len(vertices)) if found.local is None else found.local
+    if unit == "edges" and found.mean_edge > 0:
+        local = local / found.mean_edge
+    fields = {name: value for name, value in vars(found).items() if name != "local"}
+    return Report(fields, found), Change(quality=average_coincident(vertices, local))
+
+
+@mesh_filter
+def compute_scalar_by_estimated_error(call: Call) -> tuple[Report, Change]:
+    """
+    Returns
+    -------
+    dict
+        ``rms`` and ``max`` of the expected error, in mesh units, and the ``noise``.
+
+    Examples
+    --------
+    >>> import pymeshlab
+    >>> import meshlab_specsmooth as mss
+    >>> ms = pymeshlab.MeshSet()
+    >>> ms.create_sphere(subdiv=5)
+    >>> mss.compute_scalar_by_estimated_error(ms, after="smoothing")["noise"].kind
+    'none'
+    """  # noqa: D205 (the summary is in the descriptor)
+    vertices, faces = get_arrays(call.ms)
+    check_finite(vertices, is_moved=False)
+    functions: dict[str, Callable[..., Any]] = {"denoising": denoise, "smoothing": smooth}
+    function = functions[call.values.pop("after")]
+    result = function(vertices, faces, **call.values, progress=subrange(call.progress, 0.0, WRITING))
+    quality = average_coincident(vertices, result.error_field)
+    largest = float(quality.max()) or 1.0  # no square may overflow
+    rms, noise = largest * float(np.sqrt(((quality / largest) ** 2).mean())), result.noise
+    summary = (
+        f"expected error along the normals: {format_length(rms, noise.mean_edge)} (RMS), at most "
+        f"{format_edges(float(quality.max()), noise.mean_edge)}; {noise.summary}"
+    )
+    report = {"rms": rms, "max": float(quality.max()), "noise": noise}
+    return Report(report, Sentence(summary)), Change(quality=quality)
 
 
 @mesh_filter

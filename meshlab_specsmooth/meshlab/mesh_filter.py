@@ -55,6 +55,8 @@ _ON_OTHER_MESHES = {
     "apply_coord_spectral_enhancement": "enhance(mesh)",
     "apply_coord_spectral_low_pass": "low_pass(mesh)",
     "apply_coord_spectral_smoothing": "smooth(mesh)",
+    "compute_scalar_by_estimated_error": "denoise(mesh) or smooth(mesh), whose error_field it is",
+    "compute_scalar_by_noise_level": "estimate_noise(mesh), whose local is the level at each vertex",
     "compute_scalar_by_spectral_displacement": "smooth(mesh), whose vertices are compared with the mesh's",
     "get_spectrum": "spectrum(mesh)",
 }

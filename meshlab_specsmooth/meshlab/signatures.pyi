@@ -18,7 +18,6 @@ class _Value(Protocol):
 def apply_coord_edge_aware_smoothing(
     ms: pymeshlab.MeshSet,
     *,
-    criterion: Literal["position", "normals"] = "position",
     strength: float = 0.0,
     range_sigma: float = 0.0,
     iterations: int = 0,
@@ -41,9 +40,6 @@ def apply_coord_edge_aware_smoothing(
 
     Parameters
     ----------
-    criterion : position | normals, default position
-        Error to be minimized: that of the positions, or that of the normals, for which a higher noise level is
-        assumed.
     strength : float in [0, 1000], default 0.0
         Strength of the low-pass of the normals: 0.1 is weak; 2 to 6 suits sharp edges and strong noise. 0:
         chosen by estimated error.
@@ -88,7 +84,8 @@ def apply_coord_edge_aware_smoothing(
 def apply_coord_spectral_denoising(
     ms: pymeshlab.MeshSet,
     *,
-    criterion: Literal["position", "normals"] = "position",
+    spacing: float = 0.0,
+    slice_spacing: float = 0.0,
     boundary: Literal["free", "fixed", "curve", "auto"] = "auto",
     selected: bool = ...,
     features: Literal["none", "vertex_selection", "face_selection", "vertex_quality"] = "none",
@@ -105,9 +102,13 @@ def apply_coord_spectral_denoising(
 
     Parameters
     ----------
-    criterion : position | normals, default position
-        Error to be minimized: that of the positions, or that of the normals, for which a higher noise level is
-        assumed.
+    spacing : float from 0, default 0.0
+        Side of the voxels, in mesh units, if the surface was made from a binary mask: it is then smoothed as
+        far as nearly all vertices stay within about half a voxel of where they were. 0: voxels are recognized
+        where the mesh is unchanged but for its position, orientation and scale.
+    slice_spacing : float from 0, default 0.0
+        Side of the voxels along z, where it differs from the spacing, as the distance of the slices of a scan.
+        0: the same.
     boundary : free | fixed | curve | auto, default auto
         Boundary of an open surface: free treats it like the interior, which may draw it inward; fixed leaves it
         exactly unchanged, so that adjacent tiles still fit; curve smooths it as a curve. auto fits it to the
@@ -248,7 +249,8 @@ def apply_coord_spectral_smoothing(
     wavelength: float | _Value = 0.0,
     response: Literal["auto", "ideal", "butterworth", "gaussian", "heat"] = "auto",
     barycenter_weight: float = 0.0,
-    criterion: Literal["position", "normals"] = "position",
+    spacing: float = 0.0,
+    slice_spacing: float = 0.0,
     iterations: int = 1,
     laplacian: Literal["uniform", "cotangent"] = "uniform",
     method: Literal["auto", "exact", "chebyshev"] = "auto",
@@ -283,9 +285,13 @@ def apply_coord_spectral_smoothing(
         Weight of the barycenter constraints, which determines the strength of the filter: 1 (the paper) smooths
         gently, 0.3 suits noise of 0.2 edge lengths, smaller values smooth more. 0: the weight of least
         estimated error, for the measured noise.
-    criterion : position | normals, default position
-        Error to be minimized if the barycenter weight is chosen: that of the positions, or that of the normals,
-        which leads to stronger smoothing.
+    spacing : float from 0, default 0.0
+        Side of the voxels, in mesh units, if the surface was made from a binary mask: it is then smoothed as
+        far as nearly all vertices stay within about half a voxel of where they were. 0: voxels are recognized
+        where the mesh is unchanged but for its position, orientation and scale.
+    slice_spacing : float from 0, default 0.0
+        Side of the voxels along z, where it differs from the spacing, as the distance of the slices of a scan.
+        0: the same.
     iterations : int in [1, 1000], default 1
         Number of times that the filter is applied, each time to the previous result.
     laplacian : uniform | cotangent, default uniform
@@ -319,6 +325,49 @@ def apply_coord_spectral_smoothing(
         vertices, and the surface has a boundary there.
     """
 
+def compute_scalar_by_estimated_error(
+    ms: pymeshlab.MeshSet,
+    *,
+    after: Literal["denoising", "smoothing"] = "denoising",
+    weld: bool = True,
+    progress: Callable[[float], object] | None = None,
+) -> Report:
+    """Estimated Error, in place on the current mesh.
+
+    Sets the vertex quality to the error that is expected around each vertex after automatic denoising or smoothing,
+    along the normals, in mesh units: where the result can be trusted. It is estimated without ground truth. The
+    mesh does not move.
+
+    Parameters
+    ----------
+    after : denoising | smoothing, default denoising
+        Filter whose error is estimated: Spectral Denoise, or Spectral Smooth, both without parameters.
+    weld : bool, default True
+        Coincident vertices, as along texture seams and in triangle soups, move as one. Off: they are separate
+        vertices, and the surface has a boundary there.
+    """
+
+def compute_scalar_by_noise_level(
+    ms: pymeshlab.MeshSet,
+    *,
+    unit: Literal["mesh", "edges"] = "mesh",
+    weld: bool = True,
+    progress: Callable[[float], object] | None = None,
+) -> Report:
+    """Noise Level, in place on the current mesh.
+
+    Sets the vertex quality to the level of the noise around each vertex, by which the automatic filters smooth: its
+    standard deviation along the normals, without the detail of the shape. The mesh does not move.
+
+    Parameters
+    ----------
+    unit : mesh | edges, default mesh
+        Unit of the level: mesh units, or mean edge lengths of the mesh.
+    weld : bool, default True
+        Coincident vertices, as along texture seams and in triangle soups, move as one. Off: they are separate
+        vertices, and the surface has a boundary there.
+    """
+
 def compute_scalar_by_spectral_displacement(
     ms: pymeshlab.MeshSet,
     *,
@@ -326,7 +375,8 @@ def compute_scalar_by_spectral_displacement(
     wavelength: float | _Value = 0.0,
     response: Literal["auto", "ideal", "butterworth", "gaussian", "heat"] = "auto",
     barycenter_weight: float = 0.0,
-    criterion: Literal["position", "normals"] = "position",
+    spacing: float = 0.0,
+    slice_spacing: float = 0.0,
     iterations: int = 1,
     laplacian: Literal["uniform", "cotangent"] = "uniform",
     method: Literal["auto", "exact", "chebyshev"] = "auto",
@@ -358,9 +408,13 @@ def compute_scalar_by_spectral_displacement(
         Weight of the barycenter constraints, which determines the strength of the filter: 1 (the paper) smooths
         gently, 0.3 suits noise of 0.2 edge lengths, smaller values smooth more. 0: the weight of least
         estimated error, for the measured noise.
-    criterion : position | normals, default position
-        Error to be minimized if the barycenter weight is chosen: that of the positions, or that of the normals,
-        which leads to stronger smoothing.
+    spacing : float from 0, default 0.0
+        Side of the voxels, in mesh units, if the surface was made from a binary mask: it is then smoothed as
+        far as nearly all vertices stay within about half a voxel of where they were. 0: voxels are recognized
+        where the mesh is unchanged but for its position, orientation and scale.
+    slice_spacing : float from 0, default 0.0
+        Side of the voxels along z, where it differs from the spacing, as the distance of the slices of a scan.
+        0: the same.
     iterations : int in [1, 1000], default 1
         Number of times that the filter is applied, each time to the previous result.
     laplacian : uniform | cotangent, default uniform
@@ -413,7 +467,6 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
     def apply_coord_edge_aware_smoothing(
         self,
         *,
-        criterion: Literal["position", "normals"] = "position",
         strength: float = 0.0,
         range_sigma: float = 0.0,
         iterations: int = 0,
@@ -436,9 +489,6 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
 
         Parameters
         ----------
-        criterion : position | normals, default position
-            Error to be minimized: that of the positions, or that of the normals, for which a higher noise level is
-            assumed.
         strength : float in [0, 1000], default 0.0
             Strength of the low-pass of the normals: 0.1 is weak; 2 to 6 suits sharp edges and strong noise. 0:
             chosen by estimated error.
@@ -483,7 +533,8 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
     def apply_coord_spectral_denoising(
         self,
         *,
-        criterion: Literal["position", "normals"] = "position",
+        spacing: float = 0.0,
+        slice_spacing: float = 0.0,
         boundary: Literal["free", "fixed", "curve", "auto"] = "auto",
         selected: bool = ...,
         features: Literal["none", "vertex_selection", "face_selection", "vertex_quality"] = "none",
@@ -500,9 +551,13 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
 
         Parameters
         ----------
-        criterion : position | normals, default position
-            Error to be minimized: that of the positions, or that of the normals, for which a higher noise level is
-            assumed.
+        spacing : float from 0, default 0.0
+            Side of the voxels, in mesh units, if the surface was made from a binary mask: it is then smoothed as
+            far as nearly all vertices stay within about half a voxel of where they were. 0: voxels are recognized
+            where the mesh is unchanged but for its position, orientation and scale.
+        slice_spacing : float from 0, default 0.0
+            Side of the voxels along z, where it differs from the spacing, as the distance of the slices of a scan.
+            0: the same.
         boundary : free | fixed | curve | auto, default auto
             Boundary of an open surface: free treats it like the interior, which may draw it inward; fixed leaves it
             exactly unchanged, so that adjacent tiles still fit; curve smooths it as a curve. auto fits it to the
@@ -643,7 +698,8 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
         wavelength: float | _Value = 0.0,
         response: Literal["auto", "ideal", "butterworth", "gaussian", "heat"] = "auto",
         barycenter_weight: float = 0.0,
-        criterion: Literal["position", "normals"] = "position",
+        spacing: float = 0.0,
+        slice_spacing: float = 0.0,
         iterations: int = 1,
         laplacian: Literal["uniform", "cotangent"] = "uniform",
         method: Literal["auto", "exact", "chebyshev"] = "auto",
@@ -678,9 +734,13 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
             Weight of the barycenter constraints, which determines the strength of the filter: 1 (the paper) smooths
             gently, 0.3 suits noise of 0.2 edge lengths, smaller values smooth more. 0: the weight of least
             estimated error, for the measured noise.
-        criterion : position | normals, default position
-            Error to be minimized if the barycenter weight is chosen: that of the positions, or that of the normals,
-            which leads to stronger smoothing.
+        spacing : float from 0, default 0.0
+            Side of the voxels, in mesh units, if the surface was made from a binary mask: it is then smoothed as
+            far as nearly all vertices stay within about half a voxel of where they were. 0: voxels are recognized
+            where the mesh is unchanged but for its position, orientation and scale.
+        slice_spacing : float from 0, default 0.0
+            Side of the voxels along z, where it differs from the spacing, as the distance of the slices of a scan.
+            0: the same.
         iterations : int in [1, 1000], default 1
             Number of times that the filter is applied, each time to the previous result.
         laplacian : uniform | cotangent, default uniform
@@ -714,6 +774,49 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
             vertices, and the surface has a boundary there.
         """
 
+    def compute_scalar_by_estimated_error(
+        self,
+        *,
+        after: Literal["denoising", "smoothing"] = "denoising",
+        weld: bool = True,
+        progress: Callable[[float], object] | None = None,
+    ) -> Report:
+        """Estimated Error, in place on the current mesh.
+
+        Sets the vertex quality to the error that is expected around each vertex after automatic denoising or smoothing,
+        along the normals, in mesh units: where the result can be trusted. It is estimated without ground truth. The
+        mesh does not move.
+
+        Parameters
+        ----------
+        after : denoising | smoothing, default denoising
+            Filter whose error is estimated: Spectral Denoise, or Spectral Smooth, both without parameters.
+        weld : bool, default True
+            Coincident vertices, as along texture seams and in triangle soups, move as one. Off: they are separate
+            vertices, and the surface has a boundary there.
+        """
+
+    def compute_scalar_by_noise_level(
+        self,
+        *,
+        unit: Literal["mesh", "edges"] = "mesh",
+        weld: bool = True,
+        progress: Callable[[float], object] | None = None,
+    ) -> Report:
+        """Noise Level, in place on the current mesh.
+
+        Sets the vertex quality to the level of the noise around each vertex, by which the automatic filters smooth: its
+        standard deviation along the normals, without the detail of the shape. The mesh does not move.
+
+        Parameters
+        ----------
+        unit : mesh | edges, default mesh
+            Unit of the level: mesh units, or mean edge lengths of the mesh.
+        weld : bool, default True
+            Coincident vertices, as along texture seams and in triangle soups, move as one. Off: they are separate
+            vertices, and the surface has a boundary there.
+        """
+
     def compute_scalar_by_spectral_displacement(
         self,
         *,
@@ -721,7 +824,8 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
         wavelength: float | _Value = 0.0,
         response: Literal["auto", "ideal", "butterworth", "gaussian", "heat"] = "auto",
         barycenter_weight: float = 0.0,
-        criterion: Literal["position", "normals"] = "position",
+        spacing: float = 0.0,
+        slice_spacing: float = 0.0,
         iterations: int = 1,
         laplacian: Literal["uniform", "cotangent"] = "uniform",
         method: Literal["auto", "exact", "chebyshev"] = "auto",
@@ -753,9 +857,13 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
             Weight of the barycenter constraints, which determines the strength of the filter: 1 (the paper) smooths
             gently, 0.3 suits noise of 0.2 edge lengths, smaller values smooth more. 0: the weight of least
             estimated error, for the measured noise.
-        criterion : position | normals, default position
-            Error to be minimized if the barycenter weight is chosen: that of the positions, or that of the normals,
-            which leads to stronger smoothing.
+        spacing : float from 0, default 0.0
+            Side of the voxels, in mesh units, if the surface was made from a binary mask: it is then smoothed as
+            far as nearly all vertices stay within about half a voxel of where they were. 0: voxels are recognized
+            where the mesh is unchanged but for its position, orientation and scale.
+        slice_spacing : float from 0, default 0.0
+            Side of the voxels along z, where it differs from the spacing, as the distance of the slices of a scan.
+            0: the same.
         iterations : int in [1, 1000], default 1
             Number of times that the filter is applied, each time to the previous result.
         laplacian : uniform | cotangent, default uniform

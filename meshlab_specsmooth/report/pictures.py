@@ -116,10 +116,20 @@ def open_plotter(pyvista: Any, shape: tuple[int, int], size: tuple[int, int], **
     return pyvista.Plotter(off_screen=True, shape=shape, window_size=size, lighting="none", **options)
 
 
-def draw_mesh(plotter: Any, pyvista: Any, mesh: Any, view: View) -> None:
-    """Draw a PyVista mesh in the active view of a plotter, lit from the upper left."""
+def draw_mesh(
+    plotter: Any, pyvista: Any, mesh: Any, view: View, limits: tuple[float, float] | None = None, label: str = ""
+) -> None:
+    """Draw a PyVista mesh in the active view of a plotter, lit from the upper left.
+
+    With ``limits``, it is colored by its ``values`` from the first to the second, and has a color bar with a label.
+    """
     plotter.set_background("white")
-    plotter.add_mesh(mesh, color=_COLOR, ambient=0.12, diffuse=0.9, specular=0.15, specular_power=12)
+    bar: dict[str, Any] = {"title": f"{label}\n", "color": "black", "fmt": "%.3g", "n_labels": 5, "vertical": True}
+    bar |= {"position_x": 0.82, "position_y": 0.2, "height": 0.6, "width": 0.07}
+    colors: dict[str, Any] = {"color": _COLOR}
+    if limits is not None:
+        colors = {"scalars": "values", "clim": limits, "cmap": "viridis", "scalar_bar_args": bar}
+    plotter.add_mesh(mesh, **colors, ambient=0.12, diffuse=0.9, specular=0.15, specular_power=12)
     # a grazing light from the upper left, which shows roughness, and a weak one from the viewer
     side = np.cross(view.up, view.direction)
     for toward, intensity in ((view.direction + 0.8 * view.up - 1.2 * side, 0.85), (view.direction, 0.25)):
