@@ -150,7 +150,6 @@ OURS = [
     TunedFilter(FILTER_SPECS["automatic"].name, "ours", ours("smooth")),
     TunedFilter(FILTER_SPECS["edge-aware"].name, "ours", ours("smooth_edge_aware")),
     TunedFilter(FILTER_SPECS["denoise"].name, "ours", ours("denoise")),
-    TunedFilter("specsmooth denoise, normals", "ours", ours("denoise", criterion="normals")),
 ]
 
 # --- other packages, on demand ---

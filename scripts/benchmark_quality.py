@@ -229,6 +229,28 @@ def summary(results: "dict[str, list[Row]]", against: str, groups: "Sequence[str
     return lines
 
 
+def by_group(results: "dict[str, list[Row]]", against: str, groups: "Sequence[str]") -> "list[str]":
+    """The same geometric means for each kind of pairs made in code."""
+    kinds: dict[str, dict[str, list[Row]]] = {}
+    for name, rows in results.items():
+        if name in pairs.PAIRS:
+            kinds.setdefault(pairs.group_of(name), {})[name] = rows
+    lines = []
+    for kind, members in kinds.items():
+        for name in dict.fromkeys(row.method for rows in members.values() for row in rows if row.group == "ours"):
+            means = []
+            for key in TARGETS.values():
+                logs = [
+                    math.log(row.values[key] / other.values[key])
+                    for rows in members.values()
+                    for row in rows
+                    if row.method == name and not row.failure and (other := best(rows, groups, key))
+                ]
+                means.append(f"{math.exp(sum(logs) / len(logs)):6.3f}" if logs else "      ")
+            lines.append(f"| {kind:16} | {len(members):5d} | {name:30} | {against:8} | {' | '.join(means)}")
+    return lines
+
+
 def report(results: "dict[str, list[Row]]", found: "dict[str, Pair]", methods: "Sequence[TunedFilter]") -> str:
     lines = [line for name, rows in results.items() for line in table(found[name], rows)]
     lines += [
@@ -241,6 +263,15 @@ def report(results: "dict[str, list[Row]]", found: "dict[str, Pair]", methods: "
     for group in tuned:
         lines += summary(results, group, [group])
     lines += summary(results, "all", tuned)
+    lines += [
+        "",
+        "### The same by what pairs stand for",
+        "",
+        f"| {'kind':16} | pairs | {'':30} | {'against':8} | {' | '.join(f'{name:>6}' for name in TARGETS)}",
+        f"|-{'-' * 16}-|------:|-{'-' * 30}-|-{'-' * 8}-|{'|'.join('-------:' for _ in TARGETS)}",
+    ]
+    for group in tuned:
+        lines += by_group(results, group, [group])
     lines += ["", "### Grids", ""]
     for method in methods:
         if method.grid:

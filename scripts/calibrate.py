@@ -359,6 +359,51 @@ EDGE_AWARE_FLAT = trades(cases.edge_aware_errors, cases.EDGE_AWARE, factors=TWO_
 ROWS: "list[Row]" = [
     *rows("noise.model", KIND, NEGLIGIBLE="edges of noise below which there is none"),
     *rows("noise.estimate", KIND, _MIN_OF_ROUNDING="level over the error of rounding"),
+    *rows(
+        "noise.local",
+        separates(cases.varying, cases.VARYING),
+        _MIN_RATIO="high over low level where noise varies",
+        _SHARE="fraction of the vertices that is higher, or lower",
+        _MIN_FRACTION="fraction of the level that is noise, where it is high",
+    ),
+    *rows(
+        "noise.local",
+        trades(cases.varying_errors, cases.VARYING_ERRORS, may_be_flat=True),
+        _STEPS="steps of the walk over a neighborhood",
+        _STEPS_OF_GROWTH="steps for the growth",
+        _RINGS="rings in which the highest level counts",
+    ),
+    *rows(
+        "noise.local",
+        trades(cases.varying_denoised, cases.VARYING_DENOISED, factors=TWO_TRADED, may_be_flat=True),
+        _MAX_STEP="highest over lowest level where something is measured",
+        _MIN_SHARE_OF_BAND="smallest fraction of the vertices in a band",
+    ),
+    *rows(
+        "edge_aware.denoising",
+        trades(cases.varying_denoised, cases.VARYING_DENOISED, factors=(0.9, 1.2), may_be_flat=True),
+        _AS_GOOD="error of the isotropic filter that is as good, over the least",
+    ),
+    *rows(
+        "noise.voxels",
+        separates(cases.masks, cases.MASKS),
+        _MIN_TURNS="edges that are not flat",
+        _MIN_OTHER_TURNS="those that turn the rarer way, over the others",
+    ),
+    *rows(
+        "noise.voxels",
+        separates(cases.masks, cases.MASKS, steps=DECADES),
+        _EXACT="difference of edges that are equal, in mean edges",
+        _TOLERANCE="off a lattice, and off right angles",
+    ),
+    *rows(
+        "risk.choose_weight",
+        trades(cases.mask_errors, cases.MASK_ERRORS, factors=(0.8, 0.9, 1.1, 1.25)),
+        _MAX_HALVES="halves of a voxel that vertices move by",
+        _MAX_HALVES_OF_CORNERS="the same for corners of voxels",
+        STAIRCASE_WAVELENGTH="shortest wave of the low-pass for masks, in edges",
+        STAIRCASE_ITERATIONS="passes for masks",
+    ),
     *rows("noise.scales", KIND, CORRELATION_STEPS="steps of the walk of correlated noise"),
     *rows(
         "noise.classify",
@@ -487,11 +532,6 @@ ROWS: "list[Row]" = [
         _TOLERANCE="relative error of the low-pass in the search",
     ),
     *rows(
-        "risk.choose_weight",
-        trades(cases.smooth_normals, cases.SMOOTH_NORMALS),
-        LEVEL_FACTORS__normals="times the noise that normals are smoothed by",
-    ),
-    *rows(
         "risk.impulses",
         trades(cases.impulse_errors, cases.ROBUST),
         _ITERATIONS="iterations of the clipping",
@@ -526,11 +566,6 @@ ROWS: "list[Row]" = [
     ),
     *rows(
         "edge_aware.search",
-        converged(cases.edge_aware_errors, cases.EDGE_AWARE, 1.7),
-        _MAX_ITERATIONS="iterations of the filter that are evaluated",
-    ),
-    *rows(
-        "edge_aware.search",
         EDGE_AWARE,
         _MAX_GUIDE_WEIGHT="highest weight of the guide",
         _RISK_TOLERANCE="risk over the least that is as good",
@@ -561,8 +596,15 @@ ROWS: "list[Row]" = [
     ),
     *(
         Row(f"edge_aware.search._COARSE[{i}][{j}]", f"{what} of starting point {i + 1} of the search", EDGE_AWARE_FLAT)
-        for i in range(6)
+        for i in range(7)
         for j, what in ((1, "strength"), (2, "range sigma"))
+    ),
+    *rows(
+        "edge_aware.operators",
+        trades(cases.open_denoised, cases.OPEN_DENOISED, factors=TWO_TRADED, may_be_flat=True),
+        _MIN_BENT="weight from which on a boundary is not bent",
+        _WEIGHT_OF_RIM="weight at a boundary, for smaller ones",
+        _RINGS_OF_RIM="rings over which it falls",
     ),
     *rows(
         "edge_aware.creases",
@@ -700,6 +742,7 @@ OTHERS: "dict[str, tuple[str, ...]]" = {
         "spectral.density._NODES",
         "geometry.welding._MULTIPLIERS",
         "*.COLUMNS",
+        "noise.local._MEAN_OF_LOG",
         "noise.classify._FINER_BAND",
         "noise.classify._COARSER_BAND",
     ),
@@ -744,6 +787,10 @@ OTHERS: "dict[str, tuple[str, ...]]" = {
         "*.MAX_DEGREE",
         "*.MIN_COUNTED",
         "noise.parts._MIN_MEASURED",
+        "noise.local._LOWEST",
+        "noise.local._MIN_VARIANCE",
+        "risk.choose_weight._MAX_PROFILE",
+        "risk.choose_weight._MAX_WEIGHT_OF_STAIRCASE",
     ),
     "pictures and texts": (
         "report.*",
@@ -797,6 +844,14 @@ OTHERS: "dict[str, tuple[str, ...]]" = {
         "risk.estimate_error._BYTES_PER_DRAW",
         "risk.estimate_error._PROBES",
         "risk.choose_weight.LARGE",
+        "risk.choose_weight._ACCURACY",
+        "noise.local._MAX_MEASURED",
+        "noise.voxels._MAX_DIFFERENT",
+        "noise.voxels._MAX_LOOKED_AT",
+        "noise.voxels._MAX_CANDIDATES",
+        "error_field._PROBES",
+        "edge_aware.search._COUNTS",
+        "edge_aware.search._MORE",
     ),
     "what is done by definition": (
         "smoothing.*.*_IN_EDGES",
@@ -809,6 +864,9 @@ OTHERS: "dict[str, tuple[str, ...]]" = {
         "noise.shape_change._SMALL_*",
         "noise.model.POWER_COUNT",
         "noise.model.BAND_COUNT",
+        "risk.choose_weight._WITHIN",
+        "risk.estimate_error._STEPS_OF_NOISE",
+        "risk.estimate_error._STEPS_OF_SHAPE",
     ),
     "tolerance, relative to rounding or to what follows": (
         "spectral.lanczos._MAX_RESIDUAL",
@@ -821,6 +879,7 @@ OTHERS: "dict[str, tuple[str, ...]]" = {
     ),
     "grid or fallback of a search that is measured elsewhere": (
         "edge_aware.search._RATIOS",
+        "noise.local._GUIDE_WEIGHT",
         "spectral.density._SCATTER",
         "noise.thin_triangles._MAX_LEVELS",
         "operators.preconditioner._CONTRACTIONS",

@@ -18,6 +18,7 @@ import numpy as np
 
 import meshlab_specsmooth as mss
 from meshlab_specsmooth.geometry.surface import Surface, mean_edge_length, vertex_normals
+from meshlab_specsmooth.noise.voxels import find_voxels
 
 Array = np.ndarray
 Case = tuple[str, Callable[[], bool]]
@@ -49,7 +50,7 @@ def kinds() -> list[Case]:
 
     for make in (*shapes.SMOOTH, *shapes.SHARP, *shapes.OPEN, *shapes.EXACT[:-1]):
         add(f"{make.__name__}, clean", make(), LEFT_ALONE, None, None)
-    add("stairs, clean", shapes.stairs(), ("quantized",), None, None)
+    add("stairs, clean", shapes.stairs(), ("quantized", "staircase"), None, None)
     for height, step in ((3.0, 0.5), (2.5, 0.4), (3.5, 0.5), (5.0, 0.7)):
         terraces = shapes.terraces(height, step)
         add(f"terraces of {step}, {height} high", terraces, ("white", "directional"), None, True)
@@ -327,12 +328,6 @@ def _face_normals(V: Array, F: Array) -> Array:
     return N / np.maximum(np.linalg.norm(N, axis=1), 1e-300)[:, None]
 
 
-def _normal_error(surface: Surface, V: Array) -> float:
-    """Root mean square distance of unit face normals."""
-    apart = _face_normals(V, surface.faces) - _face_normals(surface.vertices, surface.faces)
-    return float(np.sqrt((apart**2).sum(axis=1).mean()))
-
-
 SET = (
     (shapes.ellipsoid, shapes.white, 0.1),
     (shapes.pebble, shapes.white, 0.3),
@@ -360,12 +355,78 @@ def _errors_of(
     return found
 
 
+@functools.cache
+def varying() -> list[Case]:
+    """Noise that is the same everywhere, and noise that is not."""
+    made: list[Case] = []
+    # where edges grow fourfold, noise that does not varies relative to them
+    for make in (*(each for each in shapes.SMOOTH if each is not shapes.graded), *shapes.SHARP, *shapes.OPEN):
+        surface = make()
+        given = {"clean": (surface, False)}
+        for level in (0.1, 0.2, 0.4):
+            given[f"white {level}"] = shapes.noisy(surface, shapes.white, level), False
+            given[f"impulses {level}"] = shapes.noisy(surface, shapes.impulses, 3 * level), False
+        for level in (0.2, 0.4):
+            given[f"{level} on a half"] = shapes.noisy(surface, shapes.half, level), True
+            given[f"from 0 to {level}"] = shapes.noisy(surface, shapes.growing, level), True
+
+        for what, (noisy, expected) in given.items():
+
+            def run(noisy: Surface = noisy, expected: bool = expected) -> bool:
+                return estimate(noisy).varies == expected
+
+            made.append((f"{make.__name__}, {what}", run))
+    return made
+
+
+def varying_errors() -> dict[str, float]:
+    given = tuple(
+        (make, kind, 0.3)
+        for make in (shapes.ellipsoid, shapes.pebble, shapes.knot, shapes.saddle)
+        for kind in (shapes.half, shapes.growing)
+    )
+    return _errors_of(lambda s: mss.smooth(s.vertices, s.faces), _truth_error, given)
+
+
+def varying_denoised() -> dict[str, float]:
+    given = tuple((make, kind, 0.3) for make in (shapes.pebble, shapes.gear) for kind in (shapes.half, shapes.growing))
+    return _errors_of(lambda s: mss.denoise(s.vertices, s.faces), _truth_error, given)
+
+
+@functools.cache
+def masks() -> list[Case]:
+    """Surfaces of masks, and other surfaces on lattices."""
+    made: list[Case] = []
+
+    def add(name: str, surface: Surface, expected: bool) -> None:
+        made.append((name, lambda: (find_voxels(surface.vertices, surface.faces) is not None) == expected))
+
+    for name, surface in shapes.masks().items():
+        add(name, surface, True)
+        single = surface.vertices.astype(np.float32).astype(np.float64)
+        add(f"{name}, single precision", Surface(single, surface.faces), True)
+    for make in (*shapes.SMOOTH, *shapes.SHARP, *shapes.OPEN, *shapes.EXACT[:-1]):
+        add(f"{make.__name__}, clean", make(), False)
+    add("a box on a lattice", shapes.lattice_box(), False)
+    return made
+
+
+def mask_errors() -> dict[str, float]:
+    """RMS angle between the faces of smoothed masks and the ellipsoids that these are of."""
+    return {
+        name: shapes.mask_error(name, mss.smooth(surface.vertices, surface.faces).vertices, surface.faces)
+        for name, surface in shapes.masks().items()
+    }
+
+
+VARYING = "noise that varies, and noise that does not, on 8 shapes"
+VARYING_ERRORS, VARYING_DENOISED = "true error of smooth, noise that varies", "true error of denoise, noise that varies"
+MASKS = "masks of ellipsoids in several ways, and other surfaces"
+MASK_ERRORS = "angle of the faces of smoothed masks"
+
+
 def smooth_errors() -> dict[str, float]:
     return _errors_of(lambda s: mss.smooth(s.vertices, s.faces), _truth_error)
-
-
-def smooth_normals() -> dict[str, float]:
-    return _errors_of(lambda s: mss.smooth(s.vertices, s.faces, criterion="normals"), _normal_error)
 
 
 def impulse_errors() -> dict[str, float]:
@@ -374,10 +435,6 @@ def impulse_errors() -> dict[str, float]:
 
 def edge_aware_errors() -> dict[str, float]:
     return _errors_of(lambda s: mss.smooth_edge_aware(s.vertices, s.faces), _truth_error)
-
-
-def edge_aware_normals() -> dict[str, float]:
-    return _errors_of(lambda s: mss.smooth_edge_aware(s.vertices, s.faces, criterion="normals"), _normal_error)
 
 
 def edge_aware_hit() -> dict[str, float]:
@@ -393,6 +450,16 @@ def denoise_errors() -> dict[str, float]:
     return _errors_of(lambda s: mss.denoise(s.vertices, s.faces), _truth_error)
 
 
+def open_denoised() -> dict[str, float]:
+    given = tuple(
+        (make, kind, level)
+        for make in shapes.OPEN
+        for kind, level in ((shapes.white, 0.1), (shapes.white, 0.3), (shapes.directional, 0.3))
+    )
+    return _errors_of(lambda s: mss.denoise(s.vertices, s.faces), _truth_error, given)
+
+
+OPEN_DENOISED = "true error of denoise, open shapes"
 THIN = "noisy even triangles, and slats of 18 and 45"
 DENOISE, EDGE_AWARE_HIT = "true error of denoise", "true error of smooth_edge_aware under impulses"
 EDGE_AWARE_CORRELATED = "true error of smooth_edge_aware under much correlated noise"
@@ -401,9 +468,8 @@ SAMPLED = "levels of meshes of 20 to 25 thousand vertices; more vertices take lo
 OPEN_LEVELS = "levels of white noise on open shapes, 6 seeds"
 LARGE_COUNTS = "modes of meshes of 20 to 25 thousand vertices; more samples take longer"
 INERTIA = "counts amid eigenvalues of 6 shapes"
-SMOOTH, SMOOTH_NORMALS = "true error of smooth", "true error of the normals of smooth, criterion normals"
+SMOOTH = "true error of smooth"
 ROBUST, EDGE_AWARE = "true error of smooth under impulses", "true error of smooth_edge_aware"
-EDGE_NORMALS = "true error of the normals of smooth_edge_aware, criterion normals"
 
 
 @functools.cache

@@ -212,12 +212,75 @@ def correlated(surface: Surface, level: float, random: np.random.Generator) -> A
     return np.asarray(level * field / field.std())
 
 
+def half(surface: Surface, level: float, random: np.random.Generator) -> Array:
+    """White, on one half."""
+    x = surface.vertices[:, 0]
+    return level * (x > np.median(x))[:, None] * random.standard_normal(surface.vertices.shape)
+
+
+def growing(surface: Surface, level: float, random: np.random.Generator) -> Array:
+    """White, from none to the level along x."""
+    x = surface.vertices[:, 0]
+    return level * ((x - x.min()) / np.ptp(x))[:, None] * random.standard_normal(surface.vertices.shape)
+
+
 def noisy(
     surface: Surface, kind: "Callable[[Surface, float, np.random.Generator], Array]", level: float, seed: int = 0
 ) -> Surface:
     """The surface with noise of ``level`` mean edges."""
     shift = kind(surface, level, np.random.default_rng([seed, len(surface.vertices)]))
     return Surface(surface.vertices + mean_edge_length(surface) * shift, surface.faces)
+
+
+# --- masks ---
+
+_MASKS = {
+    "small ball": ((6.0, 6.0, 6.0), (1.0, 1.0, 1.0)),
+    "ellipsoid": ((13.0, 9.0, 11.0), (1.0, 1.0, 1.0)),
+    "slices": ((14.0, 17.0, 15.0), (1.0, 1.0, 2.5)),
+    "ball": ((17.0, 17.0, 17.0), (1.0, 1.0, 1.0)),
+}
+
+
+@functools.cache
+def masks() -> "dict[str, Surface]":
+    """Of ellipsoids: by marching cubes, straight and turned; and as the faces of voxels."""
+    import pyvista
+
+    found = {}
+    for name, (radii, spacing) in _MASKS.items():
+        side = np.array(spacing)
+        counts = 2 * np.ceil(radii / side).astype(int) + 5
+        grid = pyvista.ImageData(dimensions=counts, spacing=spacing, origin=-side * (counts - 1) / 2 + 0.27 * side)
+        grid["inside"] = (((grid.points / radii) ** 2).sum(axis=1) < 1).astype(float)
+        cells = grid.points_to_cells().threshold(0.5, scalars="inside").extract_surface(algorithm="dataset_surface")
+        contour = grid.contour([0.5], scalars="inside", method="flying_edges")
+        for what, made in (("", contour), (", turned", contour), (", blocks", cells)):
+            made = made.triangulate().clean()
+            V = np.asarray(made.points, dtype=np.float64)
+            found[name + what] = Surface(V @ _TURN if "turned" in what else V, made.regular_faces.astype(np.int32))
+    return found
+
+
+_TURN = np.linalg.qr(np.random.default_rng(8).standard_normal((3, 3)))[0]
+
+
+def mask_error(name: str, V: Array, F: npt.NDArray[np.int32]) -> float:
+    """Mean angle in degrees between the faces and the ellipsoid."""
+    name, _, what = name.partition(", ")
+    X = V @ _TURN.T if what == "turned" else V
+    normal = X[F].mean(axis=1) / np.array(_MASKS[name][0]) ** 2
+    face = np.cross(X[F[:, 1]] - X[F[:, 0]], X[F[:, 2]] - X[F[:, 0]])
+    cosine = (normal * face).sum(axis=1) / np.linalg.norm(normal, axis=1) / np.linalg.norm(face, axis=1)
+    return float(np.degrees(np.arccos(np.clip(np.abs(cosine), 0, 1))).mean())
+
+
+def lattice_box() -> Surface:
+    """A box with a grid on each face."""
+    import pyvista
+
+    made = pyvista.ImageData(dimensions=(18, 12, 9)).extract_surface(algorithm="dataset_surface").triangulate().clean()
+    return Surface(np.asarray(made.points, dtype=np.float64), made.regular_faces.astype(np.int32))
 
 
 # --- parts ---

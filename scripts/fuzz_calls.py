@@ -110,7 +110,7 @@ FUNCTIONS: list[tuple[str, dict[str, Callable[[Rng], Any]]]] = [
     *[("enhance", ALL | ENHANCE)] * 2,
     ("operators.enhance", ALL | ENHANCE),
     *[("smooth_edge_aware", EDGE_AWARE)] * 3,
-    ("denoise", {"criterion": EDGE_AWARE["criterion"], "progress": PROGRESS}),
+    ("denoise", {"spacing": SMOOTH["spacing"], "progress": PROGRESS}),
     ("estimate_noise", {}),
     *[("estimate_error", ERROR)] * 2,
     ("spectrum", ALL | {"bands": choice(2, 3, 64)}),

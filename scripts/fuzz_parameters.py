@@ -74,7 +74,7 @@ SMOOTH = {
     "wavelength": LENGTH,
     "response": choice("auto", "ideal", "butterworth", "gaussian", "heat"),
     "barycenter_weight": WEIGHT,
-    "criterion": choice("position", "normals"),
+    "spacing": choice(None, 0.3, (1.0, 1.0, 3.0)),
     "iterations": choice(1, 2, 3),
     "method": METHOD,
     "mode_count": choice("estimate", "exact"),
@@ -106,7 +106,6 @@ ENHANCE = {
     "progress": PROGRESS,
 }
 EDGE_AWARE = {
-    "criterion": choice("position", "normals"),
     "strength": number(1e-2, 1e2),
     "range_sigma": number(0.1, 2),
     "iterations": choice(1, 2, 3),

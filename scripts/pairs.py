@@ -1,6 +1,7 @@
 """Synthetic surfaces and noisy versions of them, the default input of benchmark_quality.py.
 
-Each shape has a property to test: sharp edges, smooth parts, both, uneven triangles, an open boundary.
+Each shape has a property to test: sharp edges, shallow ones, smooth parts, uneven triangles, an open boundary. Most
+pairs have something else than white noise that is the same everywhere, as meshes that people have.
 """
 
 from collections.abc import Callable
@@ -8,10 +9,11 @@ from pathlib import Path
 
 import numpy as np
 import pymeshlab
+import pyvista
 
 from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.comparison import noise
-from meshlab_specsmooth.geometry.surface import Surface, mean_edge_length
+from meshlab_specsmooth.geometry.surface import Surface, mean_edge_length, vertex_normals
 from meshlab_specsmooth.meshlab.mesh_files import sample
 
 # --- shapes with about a given number of vertices ---
@@ -99,6 +101,16 @@ def open_block(vertices: int) -> Surface:
     return _surface(ms)
 
 
+def prism_12(vertices: int) -> Surface:
+    """Shallow: a prism whose sides turn by 30 degrees."""
+    return remeshed(rod(1.0, 1.4, sides=12), vertices, crease=10)
+
+
+def prism_18(vertices: int) -> Surface:
+    """Shallow: a prism whose sides turn by 20 degrees."""
+    return remeshed(rod(1.0, 1.4, sides=18), vertices, crease=10)
+
+
 SHAPES: "dict[str, Callable[[int], Surface]]" = {
     f.__name__: f
     for f in (
@@ -113,8 +125,129 @@ SHAPES: "dict[str, Callable[[int], Surface]]" = {
         cow,
         relief,
         open_block,
+        prism_12,
+        prism_18,
     )
 }
+
+
+def ball_mask(vertices: int) -> "tuple[Surface, Surface]":
+    """Staircase: marching cubes on the binary mask of a ball."""
+    return _contoured(np.full(3, (vertices / 18.0) ** 0.5), np.ones(3))
+
+
+def turned_mask(vertices: int) -> "tuple[Surface, Surface]":
+    """Staircase: an ellipsoid, turned and scaled afterward."""
+    both = _contoured((vertices / 18.0) ** 0.5 * np.array([1.2, 0.9, 1.0]), np.ones(3))
+    turn = np.linalg.qr(np.random.default_rng(4).standard_normal((3, 3)))[0]
+    turn *= np.sign(np.linalg.det(turn))
+    return tuple(Surface(each.vertices @ turn * 0.37, each.faces) for each in both)
+
+
+def slices(vertices: int) -> "tuple[Surface, Surface]":
+    """Staircase: an ellipsoid in slices that are three times as thick as a voxel is wide."""
+    return _contoured((vertices / 10.0) ** 0.5 * np.array([1.0, 0.8, 0.9]), np.array([1.0, 1.0, 3.0]))
+
+
+def blocks(vertices: int) -> "tuple[Surface, Surface]":
+    """Staircase: the faces of the voxels of a ball."""
+    radius = (vertices / 19.0) ** 0.5
+    inside = _ball_of_voxels(radius)
+    corners, faces = _faces_of_voxels(inside)
+    return _with_truth(corners, faces, np.full(3, radius))
+
+
+MASKS = {f.__name__: f for f in (ball_mask, turned_mask, slices, blocks)}
+
+
+def _contoured(radii: Floats, spacing: Floats) -> "tuple[Surface, Surface]":
+    """Marching cubes on the mask of an ellipsoid about the origin, and the vertices on the ellipsoid itself."""
+    counts = 2 * np.ceil(radii / spacing).astype(int) + 5
+    grid = pyvista.ImageData(dimensions=counts, spacing=spacing)
+    grid.origin = -spacing * (counts - 1) / 2 + 0.21 * spacing
+    grid["inside"] = (((grid.points / radii) ** 2).sum(axis=1) < 1).astype(float)
+    found = grid.contour([0.5], scalars="inside", method="flying_edges").triangulate().clean()
+    return _with_truth(np.asarray(found.points, dtype=np.float64), found.regular_faces.astype(np.int32), radii)
+
+
+def _with_truth(V: Floats, F: "np.ndarray", radii: Floats) -> "tuple[Surface, Surface]":
+    return Surface(V, F), Surface(V / np.sqrt(((V / radii) ** 2).sum(axis=1))[:, None], F)
+
+
+def _ball_of_voxels(radius: float) -> "np.ndarray":
+    x = np.arange(-np.ceil(radius) - 2, np.ceil(radius) + 3) + 0.21
+    return x[:, None, None] ** 2 + x[None, :, None] ** 2 + x[None, None, :] ** 2 < radius**2
+
+
+def _faces_of_voxels(inside: "np.ndarray") -> "tuple[Floats, np.ndarray]":
+    quads = []
+    for axis in range(3):
+        u, v = (axis + 1) % 3, (axis + 2) % 3
+        for sign in (1, -1):
+            at = np.argwhere(inside & ~np.roll(inside, -sign, axis))
+            corners = np.zeros((4, 3))
+            corners[:, u], corners[:, v], corners[:, axis] = (0, 1, 1, 0), (0, 0, 1, 1), (sign + 1) / 2
+            quads.append(at[:, None, :] + (corners if sign > 0 else corners[::-1]))
+    points, index = np.unique(np.concatenate(quads).reshape(-1, 3), axis=0, return_inverse=True)
+    quad = index.reshape(-1, 4)
+    middle = (np.array(inside.shape) - 1) / 2 + 0.5 - 0.21
+    return points - middle, np.concatenate([quad[:, [0, 1, 2]], quad[:, [0, 2, 3]]]).astype(np.int32)
+
+
+# --- noise that is not the same everywhere ---
+
+
+def half(surface: Surface, level: float, seed: int) -> Floats:
+    """White noise on one half."""
+    x = surface.vertices[:, 0]
+    return _scaled(surface, level * (x > np.median(x)), seed)
+
+
+def patch(surface: Surface, level: float, seed: int) -> Floats:
+    """White noise on a round quarter of the vertices."""
+    far = np.linalg.norm(surface.vertices - surface.vertices[len(surface.vertices) // 3], axis=1)
+    return _scaled(surface, level * (far < np.quantile(far, 0.25)), seed)
+
+
+def graded(surface: Surface, level: float, seed: int) -> Floats:
+    """White noise that grows from none on one side to the level on the other."""
+    x = surface.vertices[:, 0]
+    return _scaled(surface, level * (x - x.min()) / np.ptp(x), seed)
+
+
+def by_distance(surface: Surface, level: float, seed: int) -> Floats:
+    """Noise along the line of sight that grows with the square of the distance, as of a depth camera."""
+    low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
+    eye = (low + high) / 2 + np.array([0.3, 0.2, 0.9]) * np.linalg.norm(high - low)
+    sight = surface.vertices - eye
+    distance = np.linalg.norm(sight, axis=1)
+    white = np.random.default_rng(seed).standard_normal(len(distance))
+    amount = level * mean_edge_length(surface) * (distance / distance.max()) ** 2 * white
+    return surface.vertices + (amount / distance)[:, None] * sight
+
+
+def spikes(surface: Surface, level: float, seed: int) -> Floats:
+    """White noise, and five vertices in ten thousand far off."""
+    V = noise.gaussian(surface, level, seed)
+    random = np.random.default_rng([seed, 2])
+    at = random.choice(len(V), max(3, len(V) // 2000), replace=False)
+    normals = vertex_normals(surface)
+    V[at] += 15 * mean_edge_length(surface) * normals[at] * random.choice([-1, 1], len(at))[:, None]
+    return V
+
+
+def impulses_in_noise(surface: Surface, level: float, seed: int) -> Floats:
+    """Impulses at a tenth of the vertices, and white noise of a fifth of their level at all."""
+    both = noise.impulses(surface, level, seed) + noise.gaussian(surface, 0.2 * level, seed + 1)
+    return both - surface.vertices
+
+
+def _scaled(surface: Surface, levels: Floats, seed: int) -> Floats:
+    white = np.random.default_rng(seed).standard_normal(surface.vertices.shape)
+    return surface.vertices + mean_edge_length(surface) * levels[:, None] * white
+
+
+NOISE = noise.KINDS | {f.__name__: f for f in (half, patch, graded, by_distance, spikes, impulses_in_noise)}
 
 # --- pairs: a name, a shape, a kind of noise and its level ---
 
@@ -140,15 +273,52 @@ PAIRS = {
         ("relief", "along_view", 0.3),
         ("relief", "quantized", 0.5),
         ("open_block", "gaussian", 0.3),
+        ("bunny", "half", 0.3),
+        ("capsule_block", "half", 0.3),
+        ("block", "patch", 0.3),
+        ("torus", "patch", 0.3),
+        ("bunny", "graded", 0.6),
+        ("capsule_block", "graded", 0.4),
+        ("bumps", "by_distance", 0.5),
+        ("relief", "by_distance", 0.5),
+        ("ball_mask", "staircase", 0),
+        ("turned_mask", "staircase", 0),
+        ("slices", "staircase", 0),
+        ("blocks", "staircase", 0),
+        ("prism_12", "gaussian", 0.1),
+        ("prism_18", "gaussian", 0.1),
+        ("prism_12", "gaussian", 0.3),
+        ("torus", "spikes", 0.1),
+        ("block", "spikes", 0.2),
+        ("block", "impulses_in_noise", 0.5),
+        ("bumps", "impulses_in_noise", 0.5),
     )
 }
+
+# What a pair stands for, by its noise, or else by its shape; the others are white noise that is the same everywhere.
+GROUPS = {
+    "varying": {"half", "patch", "graded", "by_distance"},
+    "staircase": {"staircase"},
+    "outliers": {"spikes", "impulses", "impulses_in_noise"},
+    "other noise": {"correlated", "quantized", "along_view"},
+    "shallow edges": {"prism_12", "prism_18"},
+    "uneven triangles": {"uneven_torus", "uneven_block", "cow"},
+}
+
+
+def group_of(name: str) -> str:
+    """What a pair stands for."""
+    shape, kind, _ = PAIRS[name]
+    return next((group for group, members in GROUPS.items() if {shape, kind} & members), "white")
 
 
 def make(name: str, vertices: int = 6000, seed: int = 1) -> "tuple[Surface, Surface]":
     """Return the noisy surface and the truth of a pair, deterministically."""
     shape, kind, level = PAIRS[name]
+    if shape in MASKS:
+        return MASKS[shape](vertices)
     truth = SHAPES[shape](vertices)
-    return Surface(noise.KINDS[kind](truth, level, seed), truth.faces), truth
+    return Surface(NOISE[kind](truth, level, seed), truth.faces), truth
 
 
 # --- solids, by MeshLab ---
@@ -199,20 +369,24 @@ def _boolean(name: str, one: Surface, other: Surface) -> Surface:
     return _surface(ms)
 
 
-def remeshed(surface: Surface, vertices: int) -> Surface:
+def remeshed(surface: Surface, vertices: int, crease: float = 25) -> Surface:
     """Remesh in triangles of similar size with creases kept, with ``vertices`` vertices to within a few per cent."""
     corners = surface.vertices[surface.faces]
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum() / 2
     edge = np.sqrt(2 / np.sqrt(3) * area / vertices)
     ms = _new(surface)
-    _remesh(ms, float(edge), selected=False)
+    _remesh(ms, float(edge), selected=False, crease=crease)
     return _surface(ms)
 
 
-def _remesh(ms: pymeshlab.MeshSet, edge: float, selected: bool) -> None:
+def _remesh(ms: pymeshlab.MeshSet, edge: float, selected: bool, crease: float = 25) -> None:
     # MeshLab keeps the value of selectedonly for the next call, so it is always given
     ms.meshing_isotropic_explicit_remeshing(
-        targetlen=pymeshlab.PureValue(edge), iterations=12, featuredeg=25, checksurfdist=False, selectedonly=selected
+        targetlen=pymeshlab.PureValue(edge),
+        iterations=12,
+        featuredeg=crease,
+        checksurfdist=False,
+        selectedonly=selected,
     )
 
 

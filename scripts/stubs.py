@@ -21,7 +21,7 @@ HEAD = '''"""Types of {module}, made from the settings by ``python3 scripts/make
 NAMES = {
     "npt": "import numpy.typing as npt",
     **dict.fromkeys(
-        ("AnyResponseName", "Boundary", "Criterion", "LaplacianKind", "Method", "ModeCount", "ResponseName", "Start"),
+        ("AnyResponseName", "Boundary", "LaplacianKind", "Method", "ModeCount", "ResponseName", "Start"),
         "choices",
     ),
     "Mesh": "adapters",
