@@ -8,7 +8,7 @@ from meshlab_specsmooth.geometry.surface import face_vectors, vertex_normals
 from meshlab_specsmooth.noise.estimate import estimate
 from meshlab_specsmooth.operators.assemble import assemble_surface
 from meshlab_specsmooth.operators.patches import draw_patches, find_interior
-from meshlab_specsmooth.risk.choose_weight import CRITERIA, CandidateLowPass, search_weight
+from meshlab_specsmooth.risk.choose_weight import CandidateLowPass, search_weight
 from meshlab_specsmooth.spectral.response import heat
 from tests.meshes import edge_of, impulses, kinds_of_noise, noisy, remeshed_box, sheet, torus
 
@@ -43,17 +43,6 @@ def test_the_choice_is_nearly_the_best(clean, level):
     # the difference of two numbers of the noise's size
     estimated = result.estimated_error / edge_of(*clean)
     assert estimated == pytest.approx(across(result.vertices, clean), rel=0.35, abs=0.11 * level)
-
-
-def test_normals_get_better_than_with_the_choice_for_positions():
-    V, F = noisy(BOX, 0.1)
-    position, normals = (mss.smooth(V, F, criterion=criterion).vertices for criterion in CRITERIA)
-    assert 0.9 < turned(normals, BOX) / turned(position, BOX) < 0.98
-    assert 1.05 < across(normals, BOX) / across(position, BOX) < 1.25  # which is what it costs
-    # where all is smooth there is nothing to gain, nor to lose
-    V, F = noisy(TORUS, 0.1)
-    position, normals = (mss.smooth(V, F, criterion=criterion).vertices for criterion in CRITERIA)
-    assert turned(normals, TORUS) == pytest.approx(turned(position, TORUS), rel=0.02)
 
 
 @BOTH
@@ -116,7 +105,7 @@ def test_large_meshes_are_represented_by_patches():
     assert len(patches.vertices) < 0.8 * len(V)
     by_patches, whole = estimate(patches.ops, patches.counted), estimate(ops, find_interior(ops))
     assert by_patches.noise.level == pytest.approx(whole.noise.level, rel=0.1)
-    weight, *_ = search_weight(ops, find_interior(ops), whole, "position", CandidateLowPass(heat, 20.0))
+    weight, *_ = search_weight(ops, find_interior(ops), whole, CandidateLowPass(heat, 20.0))
     by_whole = mss.smooth(ops, barycenter_weight=weight, response="heat")
     assert across(mss.smooth(ops).vertices, clean) < 1.1 * across(by_whole.vertices, clean)
 
@@ -174,8 +163,3 @@ def test_a_given_weight_is_taken_and_nothing_is_measured():
     V, F = noisy(torus(), 0.2)
     result = mss.smooth(V, F, barycenter_weight=0.5)
     assert (result.barycenter_weight, result.noise, result.estimated_error, result.warning) == (0.5, None, None, None)
-
-
-def test_an_unknown_criterion_is_refused():
-    with pytest.raises(mss.InvalidParameter, match="criterion is 'speed'"):
-        mss.smooth(*TORUS, criterion="speed")

@@ -121,13 +121,15 @@ SETTINGS = {
     "apply_coord_spectral_enhancement": ((mss.Enhancement, mss.Region), ISOTROPIC),
     "apply_coord_spectral_denoising": ((mss.Denoising, mss.EdgeAwareRegion), EDGE_AWARE),
     "apply_coord_edge_aware_smoothing": ((mss.EdgeAware, mss.EdgeAwareRegion), EDGE_AWARE),
+    "compute_scalar_by_noise_level": ((), {"unit": "mesh"} | EDGE_AWARE),
+    "compute_scalar_by_estimated_error": ((), {"after": "denoising"} | EDGE_AWARE),
     "get_spectrum": (
         (),
         {"laplacian": "uniform", "bands": inspect.signature(mss.spectrum).parameters["bands"].default},
     ),
 }
-# taken from the MeshSet by a filter, and passed as arrays to a function
-FROM_THE_MESH = {"features", "selected", "creases", "crease_angle"}
+# taken from the MeshSet by a filter, and passed as arrays to a function; the third entry of the spacing
+FROM_THE_MESH = {"features", "selected", "creases", "crease_angle", "slice_spacing"}
 ARRAYS = {"mask", "features", "creases"}
 # fields without effect in a filter; meaning of "auto" for enhancement, which chooses no weight
 WITHOUT = {
@@ -150,6 +152,7 @@ BOUNDS = {
     "iterations": (1, parameters.MAX_ITERATIONS),
     "bands": parameters.BAND_BOUNDS,
     "tolerance": parameters.TOLERANCE_BOUNDS,
+    "spacing": parameters.SPACING_BOUNDS,
 }
 FACE_BOUNDS = BOUNDS | {"iterations": (1, parameters.MAX_FACE_ITERATIONS)}
 

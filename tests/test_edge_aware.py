@@ -10,6 +10,7 @@ from scipy.sparse import csr_array
 import meshlab_specsmooth as mss
 from meshlab_specsmooth.comparison.metrics import normal_error, vertex_error, volume_change
 from meshlab_specsmooth.edge_aware import operators
+from meshlab_specsmooth.edge_aware import operators as edge_aware_operators
 from meshlab_specsmooth.geometry import surface as surfaces
 from meshlab_specsmooth.graph import backend, face_adjacency_numba, face_adjacency_scipy
 from meshlab_specsmooth.graph.face_adjacency import MAX_FACES_OF_A_VERTEX
@@ -92,11 +93,6 @@ def test_denoise_considers_the_isotropic_filter_and_is_no_worse_by_its_own_estim
     result = mss.denoise(*NOISY)
     assert 0 in {row.setting.iterations for row in result.considered}
     assert result.error <= 1.01 * smoothed.error
-
-
-@pytest.mark.no_cover
-def test_the_criterion_of_normals_assumes_a_higher_level(smoothed):
-    assert mss.smooth_edge_aware(*NOISY, criterion="normals").level > 1.2 * smoothed.level
 
 
 def test_what_is_given_is_not_chosen():
@@ -228,7 +224,6 @@ def test_the_search_runs_on_patches_of_a_large_mesh():
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
-        ({"criterion": "speed"}, "criterion"),
         ({"strength": 0}, "strength"),
         ({"range_sigma": np.inf}, "range_sigma"),
         ({"iterations": -1}, "iterations"),
@@ -265,10 +260,26 @@ def test_filter_is_the_function_and_crosses_itself_nowhere(smoothed):
 def test_the_denoising_filter_is_the_function():
     ms = pymeshlab.MeshSet()
     ms.add_mesh(pymeshlab.Mesh(*SMALL))
-    output = mss.apply_coord_spectral_denoising(ms, criterion="normals")
-    expected = mss.denoise(*SMALL, criterion="normals")
+    output = mss.apply_coord_spectral_denoising(ms)
+    expected = mss.denoise(*SMALL)
     assert apart(ms.current_mesh().vertex_matrix(), expected.vertices) < 1e-12
     assert output["error"] == expected.error
+
+
+def test_strong_smoothing_does_not_bend_the_boundary(monkeypatch):
+    V, F = sheet(50, 40)
+    V[:, 2] = 3 * np.sin(V[:, 0] / 9) * np.cos(V[:, 1] / 11)
+    rim = (V[:, 0] % 49 == 0) | (V[:, 1] % 39 == 0)
+    noisy, _ = rough((V, F), 0.2)
+
+    def off():
+        result = mss.smooth_edge_aware(noisy, F, iterations=0, barycenter_weight=0.03)
+        return np.sqrt(((result.vertices - V)[rim, 2] ** 2).mean())
+
+    held = off()
+    monkeypatch.setattr(edge_aware_operators, "_hold_rim", lambda mesh, weight: weight)
+    assert held < 0.75 * off()
+    assert held < 0.2
 
 
 # the graph of faces

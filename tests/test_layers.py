@@ -27,6 +27,7 @@ ROOMS = [
     {"risk"},
     {"smoothing"},
     {"edge_aware"},
+    {"error_field"},
     {"power_spectrum"},
     {"meshlab"},
     {"comparison"},

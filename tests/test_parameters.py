@@ -60,6 +60,8 @@ def test_invalid_values_are_refused_and_the_parameter_is_named(name):
         for value in INVALID:
             if parameter == "parameters" and isinstance(value, dict):
                 continue
+            if parameter == "spacing" and isinstance(value, np.ndarray) and value.shape == (3,):
+                continue
             if parameter == "ground_truth" and isinstance(value, np.ndarray | list):
                 continue  # vertices without faces are a wrong surface
             with pytest.raises(mss.InvalidParameter, match=parameter) as caught:

@@ -125,8 +125,15 @@ sys.path.insert(0, {str(SCRIPT.parent)!r})
 import numpy as np
 import pairs
 from meshlab_specsmooth.geometry.surface import edges, face_vectors, is_closed, signed_volume
+from meshlab_specsmooth.noise.voxels import find_voxels
 
-assert {{shape for shape, _, _ in pairs.PAIRS.values()}} == set(pairs.SHAPES)
+assert {{shape for shape, _, _ in pairs.PAIRS.values()}} == set(pairs.SHAPES) | set(pairs.MASKS)
+for name, make in pairs.MASKS.items():
+    mask, truth = make(1500)
+    assert 1000 < len(truth.vertices) < 3000, (name, len(truth.vertices))
+    assert is_closed(truth) and signed_volume(truth) > 0, name
+    assert np.abs(mask.vertices - truth.vertices).max() < 2, name
+    assert find_voxels(mask.vertices, mask.faces) is not None, name
 for name, make in pairs.SHAPES.items():
     truth = make(1500)
     assert 1200 < len(truth.vertices) < 3000, (name, len(truth.vertices))
@@ -140,6 +147,8 @@ for name, make in pairs.SHAPES.items():
 for name in ("capsule_block_gaussian_0.2", "uneven_block_gaussian_0.2"):
     (one, _), (other, _) = (pairs.make(name, 1500) for _ in range(2))
     assert np.array_equal(one.vertices, other.vertices) and np.array_equal(one.faces, other.faces), name
+kinds = {{pairs.group_of(name) for name in pairs.PAIRS}}
+assert kinds == {{"white", *pairs.GROUPS}}, kinds
 """
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
