@@ -440,6 +440,12 @@ ROWS: "list[Row]" = [
     ),
     *rows(
         "noise.classify",
+        KIND,
+        _MIN_KURTOSIS_OF_IMPULSES="kurtosis of impulses amid white noise",
+        _MIN_LEVEL_OF_TAILS="edges of noise from which on kurtosis counts",
+    ),
+    *rows(
+        "noise.classify",
         KIND_ABOVE_ONE,
         _MIN_RISE_OF_IMPULSES="rise of the level of impulses from L^2 to L^4 (less 1)",
         _MIN_OVER_FIRST_BAND="variance of correlated noise in the second band over the first (less 1)",

@@ -64,6 +64,16 @@ def kinds() -> list[Case]:
             add(f"{name}, white {level}", shapes.noisy(surface, shapes.white, level), allowed, known, False)
         for level in (0.7, 1.5):
             add(f"{name}, impulses {level}", shapes.noisy(surface, shapes.impulses, level), ("impulse",), None, None)
+        for level in (0.7, 1.5):
+            noise = shapes.noisy(shapes.noisy(surface, shapes.impulses, level), shapes.white, 0.15 * level)
+            add(f"{name}, impulses {level} amid white noise", noise, ("impulse",), None, None)
+        add(
+            f"{name}, white 0.03",
+            shapes.noisy(surface, shapes.white, 0.03),
+            ("white", "directional", "none"),
+            None,
+            None,
+        )
         if is_smooth:
             noise = shapes.noisy(surface, shapes.directional, 0.3)
             add(f"{name}, directional 0.3", noise, ("directional",), None, False)

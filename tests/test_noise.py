@@ -30,6 +30,17 @@ def test_white_noise_is_found_within_fifteen_percent(clean, level):
     assert noise.mean_edge == pytest.approx(edge_of(*rough))
 
 
+@pytest.mark.parametrize("level", [0.5, 1.0])
+def test_impulses_amid_white_noise_are_seen_and_removed(level):
+    V, F = noisy(TORUS, 0.15 * level)
+    rng = np.random.default_rng(4)
+    hit = rng.random(len(V)) < 0.1
+    V = V + NORMALS * (edge_of(*TORUS) * level * hit * rng.standard_normal(len(V)))[:, None]
+    assert mss.estimate_noise(V, F).kind == "impulse"
+    off = np.abs(((mss.denoise(V, F).vertices - TORUS[0]) * NORMALS).sum(axis=1)) / edge_of(*TORUS)
+    assert np.sqrt((off**2).mean()) < 0.12 * level
+
+
 @pytest.mark.no_cover
 def test_the_interval_holds_the_level_nearly_always():
     held = []

@@ -29,6 +29,11 @@ from meshlab_specsmooth.operators.assemble import Operators
 # docs/constants.md: _OUTLIER_SIGMAS
 _OUTLIER_SIGMAS = 2.5
 
+# Where impulses lie amid white noise the median rises less, but the residual has more than this kurtosis. Under less
+# noise than that, in edges, sharp edges have it as well.
+# docs/constants.md: _MIN_KURTOSIS_OF_IMPULSES, _MIN_LEVEL_OF_TAILS
+_MIN_KURTOSIS_OF_IMPULSES, _MIN_LEVEL_OF_TAILS = 4.0, 0.05
+
 # White noise is the same in L, L^2, L^3, L^4; the median of impulses, which only few vertices have, rises with the
 # power, as every power spreads them over more vertices. By this factor, and by this many standard errors besides.
 # docs/constants.md: _MIN_RISE_OF_IMPULSES
@@ -212,8 +217,9 @@ def classify(
     covariance: Floats,
     mean_edge: float,
     count: int,
+    kurtosis: float,
 ) -> str:
-    """The kind of noise by its levels at ``count`` vertices, except ``"quantized"`` and ``"unclear"``."""
+    """The kind of noise by its evidence at ``count`` vertices, except ``"quantized"`` and ``"unclear"``."""
     error = _STANDARD_ERRORS / np.sqrt(count)
     growth = _GROWTH_OF_SHAPE ** (_COARSER_BAND - _FINER_BAND)
     grows = levels_by_band[_COARSER_BAND] >= growth * levels_by_band[_FINER_BAND]
@@ -221,7 +227,9 @@ def classify(
         return CORRELATED
     if noise_fraction * max(level, rms_level) < NEGLIGIBLE * mean_edge:
         return NONE
-    if levels_by_power[3] > (_MIN_RISE_OF_IMPULSES + error) * levels_by_power[1]:
+    has_tails = kurtosis > _MIN_KURTOSIS_OF_IMPULSES and level > _MIN_LEVEL_OF_TAILS * mean_edge
+    rise = 1.0 if has_tails else _MIN_RISE_OF_IMPULSES
+    if levels_by_power[3] > (rise + error) * levels_by_power[1]:
         return IMPULSE
     eigenvalues = np.linalg.eigvalsh(covariance)
     is_anisotropic = eigenvalues[-1] > _MIN_ANISOTROPY * np.trace(covariance) / 3

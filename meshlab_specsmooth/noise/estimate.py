@@ -123,6 +123,7 @@ def estimate(ops: Operators, counted: Booleans, voxels: Voxels | None = None) ->
         covariance,
         ops.mean_edge,
         int(counted.sum()),
+        kurtosis,
     )
     rms_level, covariance = noise_fraction * rms_level, noise_fraction**2 * covariance
     standard_error = _STANDARD_ERROR / np.sqrt(len(residual))
