@@ -282,6 +282,14 @@ def test_strong_smoothing_does_not_bend_the_boundary(monkeypatch):
     assert held < 0.2
 
 
+def test_strong_smoothing_of_an_open_surface_takes_creases():
+    V, F = rough(sheet(30, 20), 0.1)
+    at = np.arange(19) + 15 * 20
+    result = mss.smooth_edge_aware(V, F, iterations=0, barycenter_weight=0.05, creases=np.stack([at, at + 1], axis=1))
+    assert result.creases == 19
+    assert result.displacement > 0
+
+
 # the graph of faces
 
 

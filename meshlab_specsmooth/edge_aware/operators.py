@@ -13,6 +13,7 @@ from meshlab_specsmooth.geometry.triangles import compute_vertex_normals
 from meshlab_specsmooth.graph.backend import face_graph, face_kernels
 from meshlab_specsmooth.graph.creases import Cut, cut_along, cut_graph
 from meshlab_specsmooth.graph.face_adjacency import FaceGraph
+from meshlab_specsmooth.graph.laplacian import spread_highest
 from meshlab_specsmooth.graph.protocols import FaceKernels
 from meshlab_specsmooth.noise.voxels import Voxels
 from meshlab_specsmooth.operators.assemble import Operators, assemble_surface
@@ -198,15 +199,17 @@ def _hold_rim(mesh: FaceOperators, weight: float) -> float | Floats:
     """The weight, firmer toward the boundary of an open surface, where strong smoothing would bend it."""
     if weight >= _MIN_BENT or not mesh.on_boundary.any():
         return weight
-    graph, at = mesh.ops.L.graph, mesh.ops.active
-    near = mesh.on_boundary[at].astype(np.float64)
+    # the operators are those of the surface cut along its creases
+    on_boundary = mesh.on_boundary if mesh.cut is None else mesh.on_boundary[mesh.cut.origin]
+    at = mesh.ops.active
+    near = on_boundary[at].astype(np.float64)
     reached = near.copy()
     for ring in range(1, _RINGS_OF_RIM):
-        reached = np.maximum.reduceat(reached[graph.indices], graph.indptr[:-1].astype(np.intp))
+        reached = spread_highest(mesh.ops.L, reached)
         near = np.maximum(near, (1 - ring / _RINGS_OF_RIM) * reached)
-    found = np.full(len(mesh.V), weight)
+    found = np.full(len(on_boundary), weight)
     found[at] = weight * (_WEIGHT_OF_RIM / weight) ** near
-    return found if mesh.cut is None else found[mesh.cut.origin]
+    return found
 
 
 def at_positions(mesh: FaceOperators, V: Floats) -> FaceOperators:

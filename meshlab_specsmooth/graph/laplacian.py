@@ -108,6 +108,14 @@ def neighbors_of(L: Laplacian, vertices: npt.NDArray[np.integer]) -> tuple[npt.N
     return np.repeat(np.arange(len(vertices)), degree), L.graph.indices[entries]
 
 
+def spread_highest(L: Laplacian, values: Floats, rings: int = 1) -> Floats:
+    """(n,) the highest of the values, (n,), within some rings of each vertex; every vertex has a neighbor."""
+    first = L.graph.indptr[:-1].astype(np.intp)
+    for _ in range(rings):
+        values = np.maximum(values, np.maximum.reduceat(values[L.graph.indices], first))
+    return values
+
+
 def by_column_blocks(work: Callable[[Floats], Floats], X: Floats) -> Floats:
     """Apply a three-column kernel to any number of columns."""
     k = X.shape[1]

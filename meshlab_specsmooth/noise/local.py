@@ -14,6 +14,7 @@ import numpy as np
 
 from meshlab_specsmooth.arrays import Booleans, Floats
 from meshlab_specsmooth.geometry.triangles import compute_vertex_normals
+from meshlab_specsmooth.graph.laplacian import spread_highest
 from meshlab_specsmooth.noise.classify import fraction_by_growth
 from meshlab_specsmooth.noise.estimate import GUIDE_RTOL, estimate
 from meshlab_specsmooth.noise.model import DIRECTIONAL, NEGLIGIBLE, WHITE, Noise
@@ -185,7 +186,7 @@ def find_varying_noise(ops: Operators, mask: Booleans | None = None) -> VaryingN
         return VaryingNoise(noise, np.full(len(counted), noise.level), noise.level / local.edge, everywhere, everywhere)
     # the logarithms' mean is that of normal noise in one direction; the estimate knows better
     relative = local.noise * (noise.level / _root_mean_square(local.noise[is_high] * local.edge[is_high]))
-    around, least = _spread_highest(ops, relative), -_spread_highest(ops, -relative)
+    around, least = spread_highest(ops.L, relative, _RINGS), -spread_highest(ops.L, -relative, _RINGS)
     is_noisy = around > NEGLIGIBLE
     level = relative * local.edge
     rms = _root_mean_square(level[is_noisy & counted])
@@ -215,14 +216,6 @@ def _differs(level: Floats, counted: Booleans) -> bool:
 
 def _root_mean_square(x: Floats) -> float:
     return float(np.sqrt((x**2).mean()))
-
-
-def _spread_highest(ops: Operators, values: Floats) -> Floats:
-    """(k,) the highest value within a few rings."""
-    graph = ops.L.graph
-    for _ in range(_RINGS):
-        values = np.maximum(values, np.maximum.reduceat(values[graph.indices], graph.indptr[:-1].astype(np.intp)))
-    return values
 
 
 def _mean_edges(ops: Operators) -> Floats:
