@@ -35,7 +35,8 @@ _NAMES = {
     "error_field": "estimate_error_field",
     "errors": (
         "ClusterError FileError FilterFailed InvalidParameter InvalidSurface InvalidXml MeshSetError "
-        "MissingExtra MissingLibrary NoDisplay NoPython NotAMesh NotConverged Slow SpecsmoothError TooLarge"
+        "MissingExtra MissingLibrary NoDisplay NoPython NotAMesh NotConverged Slow SmoothingWarning SpecsmoothError "
+        "TooLarge"
     ),
     "geometry.surface": "Surface",
     "meshlab.measures": "self_intersecting_faces",

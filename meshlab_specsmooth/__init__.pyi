@@ -26,6 +26,7 @@ from meshlab_specsmooth.errors import NoPython as NoPython
 from meshlab_specsmooth.errors import NotAMesh as NotAMesh
 from meshlab_specsmooth.errors import NotConverged as NotConverged
 from meshlab_specsmooth.errors import Slow as Slow
+from meshlab_specsmooth.errors import SmoothingWarning as SmoothingWarning
 from meshlab_specsmooth.errors import SpecsmoothError as SpecsmoothError
 from meshlab_specsmooth.errors import TooLarge as TooLarge
 from meshlab_specsmooth.geometry.surface import Surface as Surface

@@ -11,6 +11,7 @@ from meshlab_specsmooth.edge_aware.settings import EdgeAware
 from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.operators.assemble import assemble
 from meshlab_specsmooth.risk.estimate_error import prepare_probe
+from meshlab_specsmooth.runtime.warned import unwarned
 from meshlab_specsmooth.smoothing.api import low_pass, smooth
 from meshlab_specsmooth.smoothing.result import SmoothingResult
 from meshlab_specsmooth.smoothing.settings import Enhancement, LowPass, Smoothing
@@ -73,6 +74,7 @@ def estimate_error_field(result: SmoothingResult | EdgeAwareResult) -> Floats:
 
     if not probe.probe.draws.any():
         return probe.estimate_field(result.vertices, [])
-    plain = apply(V)
-    again = [result.vertices + np.where(stays, X - V, apply(X) - plain) for X in probe.perturb()]
+    with unwarned():
+        plain = apply(V)
+        again = [result.vertices + np.where(stays, X - V, apply(X) - plain) for X in probe.perturb()]
     return probe.estimate_field(result.vertices, again)

@@ -103,5 +103,9 @@ def suggest(name: str, known: Iterable[str]) -> str:
     return f" Did you mean {found[0]}?" if found else ""
 
 
+class SmoothingWarning(UserWarning):
+    """What the ``warning`` of a result says: what was left alone, could not be taken into account, or is doubtful."""
+
+
 class Slow(UserWarning):
     """Work that would be much faster with something that is not installed."""

@@ -6,6 +6,7 @@ import json
 import math
 import pickle
 import sys
+import warnings
 from types import SimpleNamespace
 
 import numpy as np
@@ -375,3 +376,19 @@ def test_a_report_of_a_large_mesh_keeps_no_surfaces():
     report = filters.make_report(mss.smooth(*ROUGH), max_pictured=100)
     assert "<img" not in report._repr_html_()
     assert report.summary.startswith("isotropic, barycenter weight")
+
+
+def test_a_warning_is_issued_once_a_call_where_the_call_stands():
+    unused = np.vstack([ROUGH[0], [[np.nan] * 3]]), ROUGH[1]
+    for function in (mss.smooth, mss.denoise, mss.smooth_edge_aware):
+        with pytest.warns(mss.SmoothingWarning) as caught:
+            result = function(*unused)
+        assert [(str(each.message), each.filename) for each in caught] == [(result.warning, __file__)]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        warnings.simplefilter("ignore", mss.SmoothingWarning)
+        mss.denoise(*unused)
+        warnings.simplefilter("error", mss.SmoothingWarning)
+        assert mss.denoise(*ROUGH).warning is None
+        with pytest.raises(mss.SmoothingWarning):
+            mss.denoise(*unused)

@@ -13,6 +13,7 @@ from meshlab_specsmooth.adapters import libraries
 from meshlab_specsmooth.adapters.source import Mesh, Source, from_arrays, has_attributes
 from meshlab_specsmooth.errors import InvalidParameter, InvalidSurface, NotAMesh, suggest
 from meshlab_specsmooth.parameters import show
+from meshlab_specsmooth.runtime.warned import warn_once
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -38,8 +39,9 @@ _RECOGNIZERS: tuple[Callable[[Mesh], Source | None], ...] = (
 
 
 def accept_meshes(function: Callable[P, R]) -> Callable[P, R]:
-    """Let callers of a function pass ``mesh`` as ``vertices``, and suggest corrections of misspelled keywords."""
+    """Let callers pass ``mesh`` as ``vertices``, suggest corrections of keywords, and issue the result's warning."""
     known = [*inspect.signature(function).parameters, "vertices"]
+    run = warn_once(function)
 
     @functools.wraps(function)
     def call(*args: P.args, **kwargs: P.kwargs) -> R:
@@ -48,7 +50,7 @@ def accept_meshes(function: Callable[P, R]) -> Callable[P, R]:
                 raise TypeError(f"{function.__name__}() has no parameter {name}.{suggest(name, known)}")
         if "vertices" in kwargs and "mesh" not in kwargs:
             kwargs["mesh"] = kwargs.pop("vertices")
-        return function(*args, **kwargs)
+        return run(*args, **kwargs)
 
     return call
 

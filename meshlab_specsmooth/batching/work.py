@@ -26,10 +26,11 @@ from meshlab_specsmooth.errors import SpecsmoothError
 from meshlab_specsmooth.geometry.surface import Surface, is_closed, signed_volume
 from meshlab_specsmooth.meshlab import descriptors, isolated_filter, losses, mesh_files, meshset, precision
 from meshlab_specsmooth.meshlab.descriptors import AnySelected
-from meshlab_specsmooth.meshlab.filters import FILTERS, quiet
+from meshlab_specsmooth.meshlab.filters import FILTERS
 from meshlab_specsmooth.meshlab.isolated_filter import decode_argument, encode_argument
 from meshlab_specsmooth.meshlab.parameters import PyMeshLabException
 from meshlab_specsmooth.runtime import atomic, temporary
+from meshlab_specsmooth.runtime.warned import unwarned
 from meshlab_specsmooth.version import VERSION
 
 
@@ -99,7 +100,7 @@ def _run(job: Job, start: float) -> Outcome:
     lost = losses.find_losses(job.source)
     notices = [] if lost is None else [lost]
     notices += precision.check_rounding(vertices, faces, job.source, job.output, job.force)
-    with quiet():
+    with unwarned():
         report = FILTERS[job.filter_name](ms, **{name: decode_argument(value) for name, value in job.settings.items()})
     notices += [report["warning"]] if report.get("warning") else []
     written = mesh_files.write(ms, target, source=job.source)

@@ -18,7 +18,7 @@ from typing import Any
 
 from meshlab_specsmooth.cli import batch, compare, demo, denoise, filters, run, smooth, spectrum, tune
 from meshlab_specsmooth.cli.progress import notice
-from meshlab_specsmooth.errors import InvalidParameter, Slow, SpecsmoothError, suggest
+from meshlab_specsmooth.errors import InvalidParameter, Slow, SmoothingWarning, SpecsmoothError, suggest
 from meshlab_specsmooth.isolation import fork
 from meshlab_specsmooth.isolation.exit_status import describe_exit
 from meshlab_specsmooth.meshlab.parameters import PyMeshLabException
@@ -89,13 +89,14 @@ def _escape_unencodable() -> Iterator[None]:
 
 @contextlib.contextmanager
 def _warnings_as_notices() -> Iterator[None]:
-    """Print warnings of the class Slow as notices, without the line of code that raised them."""
+    """Print our warnings as notices, without the line of code that raised them."""
     with warnings.catch_warnings():
         warnings.simplefilter("default", Slow)
+        warnings.simplefilter("always", SmoothingWarning)
         show = warnings.showwarning
 
         def print_warning(message: Warning | str, category: type[Warning], *rest: Any, **named: Any) -> None:
-            if issubclass(category, Slow):
+            if issubclass(category, (Slow, SmoothingWarning)):
                 notice(message)
             else:
                 show(message, category, *rest, **named)

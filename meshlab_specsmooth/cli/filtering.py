@@ -7,7 +7,7 @@ from typing import Any
 
 from meshlab_specsmooth.cli.meshes import read_to_write, write
 from meshlab_specsmooth.cli.options import given_parameters
-from meshlab_specsmooth.cli.progress import FILTERING, notice
+from meshlab_specsmooth.cli.progress import FILTERING
 from meshlab_specsmooth.describe import Report, format_length
 from meshlab_specsmooth.geometry.surface import Surface
 from meshlab_specsmooth.meshlab import filters, mesh_files, meshset
@@ -29,20 +29,17 @@ def apply_and_write(
 ) -> Report:
     """Apply a filter with the options given to the mesh in place, write the output, and return the report."""
     given = given_parameters(arguments, descriptor)
-    with filters.quiet():
-        report = filters.FILTERS[descriptor.function](ms, **given, progress=subrange(progress, 0.0, FILTERING))
+    report = filters.FILTERS[descriptor.function](ms, **given, progress=subrange(progress, 0.0, FILTERING))
     announce(progress, "writing")
     write(ms, arguments)
     return report
 
 
 def print_report(ms: Any, arguments: argparse.Namespace, report: Report, mean_edge: float, *lines: str) -> None:
-    """Print the displacement, the summary and further lines to standard output, and the warning to standard error."""
+    """Print the displacement, the summary and further lines."""
     print(
         f"{arguments.output}: {ms.current_mesh().vertex_number()} vertices, moved by "
         f"{format_length(report['displacement'], mean_edge)} (RMS), {report['seconds']:.2f} s"
     )
     for line in (report.summary, *lines):
         print(f"  {line}")
-    if report["warning"] is not None:
-        notice(report["warning"])

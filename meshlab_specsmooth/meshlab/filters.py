@@ -22,7 +22,6 @@ from meshlab_specsmooth.meshlab.commit import Change, average_coincident, check_
 from meshlab_specsmooth.meshlab.filter_inputs import creases_of, keyword_arguments
 from meshlab_specsmooth.meshlab.mesh_filter import FILTERS as FILTERS
 from meshlab_specsmooth.meshlab.mesh_filter import WRITING, Call, mesh_filter
-from meshlab_specsmooth.meshlab.mesh_filter import quiet as quiet
 from meshlab_specsmooth.meshlab.meshset import get_arrays
 from meshlab_specsmooth.operators.assemble import BYTES_PER_VERTEX, assemble
 from meshlab_specsmooth.power_spectrum import spectrum

@@ -21,6 +21,7 @@ from meshlab_specsmooth.isolation import processes, worker
 from meshlab_specsmooth.isolation.worker import Worker, WorkerFailed
 from meshlab_specsmooth.meshlab import filters, meshset
 from meshlab_specsmooth.meshlab.descriptors import Length
+from meshlab_specsmooth.runtime.warned import unwarned
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,8 +76,9 @@ def run(vertices: Floats, faces: Integers, name: str, parameters: Mapping[str, A
     output: dict[str, Any] = {}
     start = time.perf_counter()
     try:
-        for _ in range(times):
-            output = filters.apply(ms, name, **given)
+        with unwarned():
+            for _ in range(times):
+                output = filters.apply(ms, name, **given)
     except Exception as error:
         raise FilterFailed(" ".join(str(error).split()) or type(error).__name__) from error
     seconds = time.perf_counter() - start

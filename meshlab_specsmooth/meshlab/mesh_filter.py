@@ -7,13 +7,10 @@ call, so an interrupt before that has nothing to undo.
 
 from __future__ import annotations
 
-import contextlib
 import inspect
-import sys
 import textwrap
 import time
-from collections.abc import Callable, Iterator
-from contextvars import ContextVar
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -31,6 +28,7 @@ from meshlab_specsmooth.meshlab.verbosity import verbosity_of
 from meshlab_specsmooth.parameters import show
 from meshlab_specsmooth.runtime.bars import begin
 from meshlab_specsmooth.runtime.progress import Progress, announce
+from meshlab_specsmooth.runtime.warned import warn_once
 
 Filter = Callable[..., Report]
 
@@ -63,18 +61,6 @@ _ON_OTHER_MESHES = {
 
 #: Our filters by Python name.
 FILTERS: dict[str, Filter] = {}
-
-_is_quiet: ContextVar[bool] = ContextVar("_is_quiet", default=False)
-
-
-@contextlib.contextmanager
-def quiet() -> Iterator[None]:
-    """Suppress the line about selections, for callers that print the warning of the report."""
-    token = _is_quiet.set(True)
-    try:
-        yield
-    finally:
-        _is_quiet.reset(token)
 
 
 def _documentation(descriptor: Descriptor, own: str) -> str:
@@ -121,6 +107,7 @@ def mesh_filter(implementation: Implementation) -> Filter:
     """
     descriptor = descriptors.load(implementation.__name__)
 
+    @warn_once
     def call(ms: pymeshlab.MeshSet, **parameters: Any) -> Report:
         start = time.perf_counter()
         progress = begin(parameters.pop("progress", None), "assembling")
@@ -155,8 +142,6 @@ def mesh_filter(implementation: Implementation) -> Filter:
         if line is not None:
             found = output.get("warning")
             output["warning"] = line if found is None else found if line in found else f"{found}; {line}"
-            if not _is_quiet.get():
-                print(f"Warning: {line}", file=sys.stderr)  # noqa: T201 (easily overlooked in the report)
         return output
 
     call.__name__ = call.__qualname__ = implementation.__name__

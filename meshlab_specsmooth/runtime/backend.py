@@ -16,6 +16,7 @@ import warnings
 
 from meshlab_specsmooth.errors import Slow
 from meshlab_specsmooth.runtime.interrupts import DeferInterrupts
+from meshlab_specsmooth.runtime.warned import count_frames
 
 #: Above this many vertices missing numba is warned of: below, a call takes less than some five seconds.
 LARGE = 20_000
@@ -38,7 +39,7 @@ def is_compiled(vertices: int = 0) -> bool:
         return True
     if vertices > LARGE and not _has_warned.is_set():
         _has_warned.set()
-        warnings.warn(f"{problem}; without numba this takes two to five times as long", Slow, _depth())
+        warnings.warn(f"{problem}; without numba this takes two to five times as long", Slow, count_frames())
     return False
 
 
@@ -63,14 +64,3 @@ def _failure() -> str | None:
     except (ImportError, OSError) as error:  # llvmlite raises the latter
         return f"numba cannot be loaded: {' '.join(str(error).split())} (pip install --upgrade numba)"
     return None
-
-
-def _depth() -> int:
-    """Number of frames from the caller up to the code that called this package."""
-    package = __name__.partition(".")[0]
-    frame, depth, outermost = sys._getframe(1), 1, 1
-    while frame.f_back is not None:
-        if frame.f_globals.get("__name__", "").partition(".")[0] == package:
-            outermost = depth
-        frame, depth = frame.f_back, depth + 1
-    return outermost + 1
