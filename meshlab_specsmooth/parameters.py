@@ -6,6 +6,7 @@ complex numbers and decimals are not accepted as numbers.
 
 from __future__ import annotations
 
+import math
 import numbers
 import os
 from collections.abc import Callable, Iterable
@@ -101,6 +102,42 @@ def check_length(name: str, value: object) -> float:
     return check_number(
         name, value, float(limits.smallest_subnormal), float(limits.max), "a positive length in mesh units"
     )
+
+
+def check_extent(name: str, value: object) -> float | str:
+    """Return a positive length in mesh units, or a percentage of the bounding-box diagonal such as ``"0.5%"``.
+
+    Raises
+    ------
+    InvalidParameter
+
+    Examples
+    --------
+    >>> from meshlab_specsmooth.parameters import check_extent
+    >>> check_extent("max_displacement", 2), check_extent("max_displacement", "0.5 %")
+    (2.0, '0.5%')
+    """
+    if not isinstance(value, str):
+        return check_length(name, value)
+    try:
+        percent = float(value.strip().removesuffix("%")) if value.strip().endswith("%") else math.nan
+    except ValueError:
+        percent = math.nan
+    if not 0 < percent < math.inf:
+        raise InvalidParameter(
+            f"{name} is {show(value)}; it must be a positive length in mesh units, or a percentage of the bounding-box "
+            "diagonal such as '0.5%'"
+        )
+    return f"{percent:g}%"
+
+
+def resolve_length(value: float | str, V: npt.NDArray[np.float64]) -> float:
+    """Return a length in mesh units for what :func:`check_extent` returned, for vertices (n, 3)."""
+    if not isinstance(value, str):
+        return value
+    finite = V[np.isfinite(V).all(axis=1)]
+    low, high = finite.min(axis=0, initial=np.inf), finite.max(axis=0, initial=-np.inf)
+    return float(value.removesuffix("%")) / 100 * (math.hypot(*(high - low)) if len(finite) else 0.0)
 
 
 def check_barycenter_weight(value: object) -> float:

@@ -45,30 +45,47 @@ def distances(points: Floats, surface: Surface) -> Floats:
     >>> distances(np.array([[1.0, 1, 3], [-3, -4, 0], [9, 0, 0]]), triangle).tolist()
     [3.0, 5.0, 5.0]
     """
+    return nearest_faces(points, surface)[0]
+
+
+def nearest_faces(points: Floats, surface: Surface) -> tuple[Floats, npt.NDArray[np.int64]]:
+    """Return the distances as :func:`distances` does, and the index of a face at this distance.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import meshlab_specsmooth as mss
+    >>> from meshlab_specsmooth.comparison.distances import nearest_faces
+    >>> strip = mss.Surface([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    >>> off, at = nearest_faces(np.array([[0.9, 0.2, 2], [0.1, 0.8, 3]]), strip)
+    >>> off.tolist(), at.tolist()
+    ([2.0, 3.0], [0, 1])
+    """
     points = np.ascontiguousarray(points, dtype=np.float64)
     corners = surface.vertices[surface.faces]
     centroids = corners.mean(axis=1)
     radii = np.linalg.norm(corners - centroids[:, None], axis=2).max(axis=1)
-    best = np.full(len(points), np.inf)
+    best, at = np.full(len(points), np.inf), np.zeros(len(points), dtype=np.int64)
     _, size, count = np.unique(np.frexp(radii)[1], return_inverse=True, return_counts=True)
     # the largest class first: its distances exclude most of the others
     for number in np.argsort(-count, kind="stable"):
         members = np.flatnonzero(size.reshape(-1) == number)
-        _improve(best, points, _Class(corners[members], centroids[members], radii[members]))
-    return np.asarray(np.sqrt(best))
+        _improve(best, at, points, _Class(members, corners[members], centroids[members], radii[members]))
+    return np.asarray(np.sqrt(best)), at
 
 
 @dataclass(frozen=True, eq=False)
 class _Class:
-    """Triangles of similar size: corners (m, 3, 3), centroids (m, 3) and radii (m,)."""
+    """Triangles of similar size: indices (m,), corners (m, 3, 3), centroids (m, 3) and radii (m,)."""
 
+    index: npt.NDArray[np.int64]
     corners: Floats
     centroids: Floats
     radii: Floats
 
 
-def _improve(best: Floats, points: Floats, triangles: _Class) -> None:
-    """Reduce the squared distances ``best`` to those from a class of triangles."""
+def _improve(best: Floats, at: npt.NDArray[np.int64], points: Floats, triangles: _Class) -> None:
+    """Reduce the squared distances ``best`` to those from a class of triangles, and set the faces ``at`` them."""
     tree, count, radius = cKDTree(triangles.centroids), len(triangles.centroids), triangles.radii.max()
     left, seen, wanted = np.arange(len(points)), 0, min(_FIRST_NEIGHBORS, count)
     if np.isfinite(best).all():
@@ -79,10 +96,16 @@ def _improve(best: Floats, points: Floats, triangles: _Class) -> None:
         for start in range(0, len(left), step):
             rows = left[start : start + step]
             off, found = tree.query(points[rows], k=np.arange(seen + 1, wanted + 1))
-            best[rows] = np.minimum(best[rows], squared_distances(points[rows], triangles.corners[found[:, 0]]))
+            first = squared_distances(points[rows], triangles.corners[found[:, 0]])
+            nearer = first < best[rows]
+            best[rows[nearer]], at[rows[nearer]] = first[nearer], triangles.index[found[nearer, 0]]
             row, column = np.nonzero(off[:, 1:] - triangles.radii[found[:, 1:]] < np.sqrt(best[rows])[:, None])
             pairs = squared_distances(points[rows[row]], triangles.corners[found[row, column + 1]])
+            nearer = pairs < best[rows[row]]
+            row, column, pairs = row[nearer], column[nearer], pairs[nearer]
             np.minimum.at(best, rows[row], pairs)
+            reached = pairs == best[rows[row]]
+            at[rows[row[reached]]] = triangles.index[found[row[reached], column[reached] + 1]]
             undecided.append(rows[off[:, -1] - radius < np.sqrt(best[rows])])
         if wanted == count:
             return

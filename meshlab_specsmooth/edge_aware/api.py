@@ -7,7 +7,7 @@ from meshlab_specsmooth.edge_aware.denoising import denoise_mesh
 from meshlab_specsmooth.edge_aware.settings import Denoising, EdgeAware, EdgeAwareRegion
 from meshlab_specsmooth.smoothing.calls import take_setting
 
-_REGION = ("boundary", "mask", "features", "feature_gain", "creases")
+_REGION = ("boundary", "mask", "features", "feature_gain", "max_displacement", "creases")
 
 
 @accept_meshes
@@ -30,7 +30,8 @@ def smooth_edge_aware(mesh, faces, setting, region, *, weld=True, progress=None)
         All parameters of the filter as a value, in place of the keywords up to ``barycenter_weight``.
     {parameters}
     region : EdgeAwareRegion, optional
-        ``boundary``, ``mask``, ``features``, ``feature_gain`` and ``creases`` as a value, in place of these.
+        ``boundary``, ``mask``, ``features``, ``feature_gain``, ``max_displacement`` and ``creases`` as a value, in
+        place of these.
     weld : bool
         Whether vertices at one place move as one, as for :func:`meshlab_specsmooth.smooth`.
     progress : callable, optional

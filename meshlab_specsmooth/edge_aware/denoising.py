@@ -61,6 +61,7 @@ from meshlab_specsmooth.runtime.bars import begin
 from meshlab_specsmooth.runtime.memory import require
 from meshlab_specsmooth.runtime.progress import Progress, announce, finish, subrange
 from meshlab_specsmooth.smoothing.filter import DEFAULT_WAVELENGTH_IN_EDGES
+from meshlab_specsmooth.smoothing.limit import limit_displacement
 from meshlab_specsmooth.smoothing.result import join_warnings
 from meshlab_specsmooth.smoothing.tangential import tangential_fraction
 from meshlab_specsmooth.spectral.low_pass import Heat
@@ -100,6 +101,7 @@ def denoise_mesh(
         surface, source = given.surface(), given.kept()
     resolved = resolve_region(surface, region)
     result = denoise_surface(surface, setting, resolved, with_isotropic, check_flag("weld", weld), progress, spacing)
+    result = limit_displacement(result, region)
     finish(progress)
     return replace(result, source=source)
 

@@ -34,6 +34,9 @@ from meshlab_specsmooth.smoothing.result import SmoothingResult
 # Memory that pymeshlab needs while vertices are written: two point clouds, and the old vertices
 _WRITING_BYTES_PER_VERTEX = 205
 
+# Parameters of several filters that are not given where they are 0
+_OPTIONAL = ("barycenter_weight", "max_displacement")
+
 # Fields of results that are not reported
 _SURFACES = ("vertices", "given", "source")
 
@@ -289,7 +292,7 @@ def _smooth_normals(call: Call, function: Callable[..., EdgeAwareResult]) -> tup
     """Run a filter, and return its report and the new vertices."""
     vertices, faces = get_arrays(call.ms)
     creases = creases_of(call.ms, call.values.pop("creases"), call.values.pop("crease_angle"))
-    given = keyword_arguments(call.ms, call.values, "strength", "range_sigma", "iterations", "barycenter_weight")
+    given = keyword_arguments(call.ms, call.values, "strength", "range_sigma", "iterations", *_OPTIONAL)
     result = function(vertices, faces, creases=creases, **given, progress=subrange(call.progress, 0.0, WRITING))
     return make_report(result), Change(vertices=reachable_by_morph(vertices, result.vertices))
 
@@ -304,7 +307,7 @@ def make_report(result: SmoothingResult | EdgeAwareResult, max_pictured: int = _
 
 def _apply(call: Call, vertices: Floats, faces: Integers, function: Callable[..., SmoothingResult]) -> SmoothingResult:
     """Apply a function on arrays to the current mesh."""
-    given = keyword_arguments(call.ms, call.values, "modes", "wavelength", "longest", "shortest", "barycenter_weight")
+    given = keyword_arguments(call.ms, call.values, "modes", "wavelength", "longest", "shortest", *_OPTIONAL)
     return function(vertices, faces, **given, progress=subrange(call.progress, 0.0, WRITING))
 
 

@@ -95,7 +95,7 @@ class Constraints:
 
 
 @dataclass(frozen=True, eq=False)
-class _NormalMatrix:
+class NormalMatrix:
     """A = F (L^T R L + G), with G = w^2 C^T C, and the diagonals F of the free vertices and R of the rows used.
 
     Without constraints F and R are 1 everywhere, and None.
@@ -193,7 +193,7 @@ def solve(
         After :data:`MAX_ITERATIONS`, with the error that was reached.
     """
     free, rows = (None, None) if constraints is None else (constraints.free, constraints.rows)
-    A = _NormalMatrix(L, gram.scaled(weight * weight), free, rows)
+    A = NormalMatrix(L, gram.scaled(weight * weight), free, rows)
     M = A.precondition(is_uniform=gram.regular_edge > 0)
     work = Workspace() if workspace is None else workspace
     # D^-1 b = D^-1 L^T R change = L D^-1 R change, where free

@@ -13,6 +13,7 @@ from meshlab_specsmooth.smoothing import automatic
 from meshlab_specsmooth.smoothing.calls import take_setting
 from meshlab_specsmooth.smoothing.choice import Choice
 from meshlab_specsmooth.smoothing.filter import enhance_by_setting, low_pass_by_setting
+from meshlab_specsmooth.smoothing.limit import limit_displacement
 from meshlab_specsmooth.smoothing.settings import Enhancement, LowPass, Region, Smoothing
 
 # Fraction of the time of a call that the operators take.
@@ -20,7 +21,7 @@ _ASSEMBLY = 0.25
 
 
 @accept_meshes
-@take_setting(Smoothing, Region, ("boundary", "mask", "features", "feature_gain"))
+@take_setting(Smoothing, Region, ("boundary", "mask", "features", "feature_gain", "max_displacement"))
 def smooth(mesh, faces, setting, region, *, laplacian="uniform", weld=True, start=None, workspace=None, progress=None):
     """Smooth a surface with barycenter constraints: the paper's method.
 
@@ -40,7 +41,7 @@ def smooth(mesh, faces, setting, region, *, laplacian="uniform", weld=True, star
         All parameters of the filter as a value, in place of the keywords up to ``mode_count``.
     {parameters}
     region : Region, optional
-        ``boundary``, ``mask``, ``features`` and ``feature_gain`` as a value, in place of these.
+        ``boundary``, ``mask``, ``features``, ``feature_gain`` and ``max_displacement`` as a value, in place of these.
     laplacian : {"uniform", "cotangent"}
         Weights of the edges: all 1 (the paper, eq. 1), or by the cotangents of the opposite angles.
     weld : bool
@@ -90,6 +91,7 @@ def smooth(mesh, faces, setting, region, *, laplacian="uniform", weld=True, star
     result = automatic.smooth_operators(ops, setting, region, start=start, workspace=workspace, progress=report)
     if setting.barycenter_weight is not None:
         result = automatic.warn_of_change(ops, result)
+    result = limit_displacement(result, region, ops)
     finish(progress)
     return replace(result, source=ops.source, seconds=time.perf_counter() - began)
 
@@ -139,7 +141,7 @@ def choose(mesh, faces, setting, region, *, laplacian="uniform", weld=True, prog
 
 
 @accept_meshes
-@take_setting(LowPass, Region, ("mask",))
+@take_setting(LowPass, Region, ("mask", "max_displacement"))
 def low_pass(mesh, faces, setting, region, *, laplacian="uniform", weld=True, progress=None):
     """Low-pass the coordinates themselves, V' = h(L) V: plain spectral smoothing, which the paper compares with.
 
@@ -170,12 +172,13 @@ def low_pass(mesh, faces, setting, region, *, laplacian="uniform", weld=True, pr
     progress = begin(progress, "assembling")
     ops = as_operators(mesh, faces, laplacian, weld=weld, progress=subrange(progress, 0.0, _ASSEMBLY))
     result = low_pass_by_setting(ops, setting, region, progress=subrange(progress, _ASSEMBLY, 1 - _ASSEMBLY))
+    result = limit_displacement(result, region, ops)
     finish(progress)
     return replace(result, source=ops.source, seconds=time.perf_counter() - began)
 
 
 @accept_meshes
-@take_setting(Enhancement, Region, ("boundary", "mask", "features"))
+@take_setting(Enhancement, Region, ("boundary", "mask", "features", "max_displacement"))
 def enhance(mesh, faces, setting, region, *, laplacian="uniform", weld=True, workspace=None, progress=None):
     """Amplify a band of the surface's detail by the same three steps: delta' = delta + (gain - 1) band(L) delta.
 
@@ -204,5 +207,6 @@ def enhance(mesh, faces, setting, region, *, laplacian="uniform", weld=True, wor
     ops = as_operators(mesh, faces, laplacian, weld=weld, progress=subrange(progress, 0.0, _ASSEMBLY))
     report = subrange(progress, _ASSEMBLY, 1 - _ASSEMBLY)
     result = enhance_by_setting(ops, setting, region, workspace=workspace, progress=report)
+    result = limit_displacement(result, region, ops)
     finish(progress)
     return replace(result, source=ops.source, seconds=time.perf_counter() - began)

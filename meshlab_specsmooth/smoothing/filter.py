@@ -108,7 +108,7 @@ def smooth_by_setting(
     low_pass = setting.low_pass or Heat()
     if len(ops.active) == 0:
         return leave_empty(ops, setting, low_pass, began)
-    held = _hold_barycenters(ops, weight)
+    held = hold_barycenters(ops, weight)
     designing, progress = split_progress(setting.method, ops, progress)
     across = design_low_pass(ops, low_pass, setting, held.lowest, designing)
     longest = wavelength_in_edges(across.cutoff.eigenvalue)
@@ -153,7 +153,7 @@ def enhance_by_setting(
     active = resolve_region(ops, region, 1.0 if features is None else spread_weights(ops, "features", features))
     if len(ops.active) == 0:
         return leave_empty(ops, setting, Ideal(), began)
-    held = _hold_barycenters(ops, setting.barycenter_weight)
+    held = hold_barycenters(ops, setting.barycenter_weight)
 
     def design_pass(L: Laplacian, scale: float, weight: float) -> Design:
         return design_band(
@@ -379,7 +379,7 @@ def split_progress(method: str, ops: Operators, progress: Progress | None) -> tu
     return subrange(progress, 0.0, designing), subrange(progress, designing, 1 - designing)
 
 
-def _hold_barycenters(ops: Operators, weight: float | Floats) -> _Barycenters:
+def hold_barycenters(ops: Operators, weight: float | Floats) -> _Barycenters:
     """One weight, or for weights of the vertices those of the faces, the mean over the corners."""
     if not isinstance(weight, np.ndarray):
         return _Barycenters(weight, weight, ops.gram, weight, min(1.0, weight**-2.0))

@@ -39,6 +39,8 @@ class FilterResult(WithMesh, Described):
         Number of vertices that lie where another one does, and moved with it.
     outliers : (k,) int64
         Single stray vertices that were put where their neighbors are, where the setting was chosen.
+    limited : int
+        Number of vertices that are held at the ``max_displacement``.
     source : Source or None
         The mesh that was given, for ``mesh``.
     given : Surface or None
@@ -52,6 +54,7 @@ class FilterResult(WithMesh, Described):
     warning: str | None = None
     welded: int = 0
     outliers: npt.NDArray[np.int64] = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    limited: int = 0
     source: Source | None = field(default=None, repr=False)
     given: Surface | None = None
 

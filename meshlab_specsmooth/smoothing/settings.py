@@ -24,6 +24,7 @@ from meshlab_specsmooth.parameters import (
     check_barycenter_weight,
     check_choice,
     check_count,
+    check_extent,
     check_length,
     check_number,
     show,
@@ -300,17 +301,25 @@ class Region(Setting):
     feature_gain : float
         Fraction of the removed detail that features keep: 0 smooths them like the rest, 1 keeps them, above 1 enhances
         them. Without ``features`` it has no effect.
+    max_displacement : float or str, optional
+        Limit of the distance that a vertex may move, as a length in mesh units or as a percentage of the bounding-box
+        diagonal, ``"0.1%"``. Vertices around those that reach it follow, so that no kinks appear; ``result.limited``
+        is the number that reach it. No limit if not given.
     """
 
     boundary: Boundary = "auto"
     mask: npt.ArrayLike | None = None
     features: npt.ArrayLike | None = None
     feature_gain: float = 1.0
+    max_displacement: float | str | None = None
 
     def __post_init__(self) -> None:
         self._set(
             boundary=check_choice("boundary", self.boundary, BOUNDARIES),
             feature_gain=check_number("feature_gain", self.feature_gain, *GAIN_BOUNDS),
+            max_displacement=None
+            if self.max_displacement is None
+            else check_extent("max_displacement", self.max_displacement),
         )
 
 
