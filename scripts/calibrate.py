@@ -858,6 +858,8 @@ OTHERS: "dict[str, tuple[str, ...]]" = {
         "error_field._PROBES",
         "edge_aware.search._COUNTS",
         "edge_aware.search._MORE",
+        "smoothing.limit._MAX_ITERATIONS",
+        "smoothing.limit._POWER_STEPS",
     ),
     "what is done by definition": (
         "smoothing.*.*_IN_EDGES",
@@ -882,6 +884,8 @@ OTHERS: "dict[str, tuple[str, ...]]" = {
         "smoothing.*.POSITION_TOLERANCE",
         "edge_aware.filter._RTOL_CUT",
         "risk.choose_weight._MIN_LEVEL",
+        "smoothing.limit._TOLERANCE",
+        "smoothing.limit._MARGIN",
     ),
     "grid or fallback of a search that is measured elsewhere": (
         "edge_aware.search._RATIOS",
@@ -895,6 +899,7 @@ OTHERS: "dict[str, tuple[str, ...]]" = {
         "risk.choose_weight._NARROW",
         "edge_aware.search._FAR_BETTER",
         "smoothing.automatic._RETRY_FACTOR",
+        "smoothing.limit._WEIGHT",
         "smoothing.automatic._MAX_RETRIES",
     ),
 }

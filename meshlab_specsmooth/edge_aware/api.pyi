@@ -22,6 +22,7 @@ def smooth_edge_aware(
     mask: npt.ArrayLike | None = None,
     features: npt.ArrayLike | None = None,
     feature_gain: float = 1.0,
+    max_displacement: float | str | None = None,
     creases: npt.ArrayLike | float | None = None,
     region: EdgeAwareRegion | None = None,
     weld: bool = True,
@@ -70,6 +71,10 @@ def smooth_edge_aware(
     feature_gain : float
         A feature's displacement is multiplied by 1 - feature_gain * weight: 0 smooths it like the rest, 1 keeps it
         where it is, above 1 enhances what smoothing would remove. Without ``features`` it has no effect.
+    max_displacement : float or str, optional
+        Limit of the distance that a vertex may move, as a length in mesh units or as a percentage of the bounding-box
+        diagonal, ``"0.1%"``. Vertices around those that reach it follow, so that no kinks appear; ``result.limited``
+        is the number that reach it. No limit if not given.
     creases : (k, 2) array of integers, or float, optional
         Edges that nothing crosses: as pairs of vertices, or all edges whose faces' normals differ by more than an angle
         in degrees. Faces on opposite sides exchange no normals: two faces are neighbors only where they are linked
@@ -80,7 +85,8 @@ def smooth_edge_aware(
         more than the angle of many edges. That finds hard edges, of 45 degrees and more; those of a smaller angle are
         better given as pairs.
     region : EdgeAwareRegion, optional
-        ``boundary``, ``mask``, ``features``, ``feature_gain`` and ``creases`` as a value, in place of these.
+        ``boundary``, ``mask``, ``features``, ``feature_gain``, ``max_displacement`` and ``creases`` as a value, in
+        place of these.
     weld : bool
         Whether vertices at one place move as one, as for :func:`meshlab_specsmooth.smooth`.
     progress : callable, optional
@@ -117,6 +123,7 @@ def denoise(
     mask: npt.ArrayLike | None = None,
     features: npt.ArrayLike | None = None,
     feature_gain: float = 1.0,
+    max_displacement: float | str | None = None,
     creases: npt.ArrayLike | float | None = None,
     region: EdgeAwareRegion | None = None,
     weld: bool = True,
@@ -151,6 +158,10 @@ def denoise(
     feature_gain : float
         A feature's displacement is multiplied by 1 - feature_gain * weight: 0 smooths it like the rest, 1 keeps it
         where it is, above 1 enhances what smoothing would remove. Without ``features`` it has no effect.
+    max_displacement : float or str, optional
+        Limit of the distance that a vertex may move, as a length in mesh units or as a percentage of the bounding-box
+        diagonal, ``"0.1%"``. Vertices around those that reach it follow, so that no kinks appear; ``result.limited``
+        is the number that reach it. No limit if not given.
     creases : (k, 2) array of integers, or float, optional
         Edges that nothing crosses: as pairs of vertices, or all edges whose faces' normals differ by more than an angle
         in degrees. Faces on opposite sides exchange no normals: two faces are neighbors only where they are linked

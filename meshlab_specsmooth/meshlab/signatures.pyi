@@ -29,6 +29,7 @@ def apply_coord_edge_aware_smoothing(
     feature_gain: float = 1.0,
     creases: Literal["none", "edge_selection"] = "none",
     crease_angle: float = 0.0,
+    max_displacement: float | _Value = 0.0,
     weld: bool = True,
     progress: Callable[[float], object] | None = None,
 ) -> Report:
@@ -76,6 +77,10 @@ def apply_coord_edge_aware_smoothing(
         Instead of a selection: edges whose adjacent face normals differ by more than this angle, in degrees
         below 180, are creases; on noisy meshes the normals after a first edge-aware low-pass are compared. 0:
         none.
+    max_displacement : float, PercentageValue or PureValue, default 0.0
+        Limit of the distance that a vertex may move, as a length or a percentage of the bounding-box diagonal.
+        Vertices around those that reach it follow, so that no kinks appear; the report counts those that reach
+        it. 0: no limit.
     weld : bool, default True
         Coincident vertices, as along texture seams and in triangle soups, move as one. Off: they are separate
         vertices, and the surface has a boundary there.
@@ -92,6 +97,7 @@ def apply_coord_spectral_denoising(
     feature_gain: float = 1.0,
     creases: Literal["none", "edge_selection"] = "none",
     crease_angle: float = 0.0,
+    max_displacement: float | _Value = 0.0,
     weld: bool = True,
     progress: Callable[[float], object] | None = None,
 ) -> Report:
@@ -129,6 +135,10 @@ def apply_coord_spectral_denoising(
         Instead of a selection: edges whose adjacent face normals differ by more than this angle, in degrees
         below 180, are creases; on noisy meshes the normals after a first edge-aware low-pass are compared. 0:
         none.
+    max_displacement : float, PercentageValue or PureValue, default 0.0
+        Limit of the distance that a vertex may move, as a length or a percentage of the bounding-box diagonal.
+        Vertices around those that reach it follow, so that no kinks appear; the report counts those that reach
+        it. 0: no limit.
     weld : bool, default True
         Coincident vertices, as along texture seams and in triangle soups, move as one. Off: they are separate
         vertices, and the surface has a boundary there.
@@ -148,6 +158,7 @@ def apply_coord_spectral_enhancement(
     boundary: Literal["free", "fixed", "curve"] = "fixed",
     selected: bool = ...,
     features: Literal["none", "vertex_selection", "face_selection", "vertex_quality"] = "none",
+    max_displacement: float | _Value = 0.0,
     weld: bool = True,
     progress: Callable[[float], object] | None = None,
 ) -> Report:
@@ -190,6 +201,10 @@ def apply_coord_spectral_enhancement(
     features : none | vertex_selection | face_selection | vertex_quality, default none
         Vertices with detail to be kept or enhanced: the selected ones, those of selected faces, or all,
         weighted by their quality from 0 to 1.
+    max_displacement : float, PercentageValue or PureValue, default 0.0
+        Limit of the distance that a vertex may move, as a length or a percentage of the bounding-box diagonal.
+        Vertices around those that reach it follow, so that no kinks appear; the report counts those that reach
+        it. 0: no limit.
     weld : bool, default True
         Coincident vertices, as along texture seams and in triangle soups, move as one. Off: they are separate
         vertices, and the surface has a boundary there.
@@ -205,6 +220,7 @@ def apply_coord_spectral_low_pass(
     method: Literal["auto", "exact", "chebyshev"] = "auto",
     mode_count: Literal["estimate", "exact"] = "estimate",
     selected: bool = ...,
+    max_displacement: float | _Value = 0.0,
     weld: bool = True,
     progress: Callable[[float], object] | None = None,
 ) -> Report:
@@ -237,6 +253,10 @@ def apply_coord_spectral_low_pass(
     selected : bool, default whether something is selected
         Moves only selected vertices and those of selected faces; the effect fades out toward the others.
         Default: on if anything is selected.
+    max_displacement : float, PercentageValue or PureValue, default 0.0
+        Limit of the distance that a vertex may move, as a length or a percentage of the bounding-box diagonal.
+        Vertices around those that reach it follow, so that no kinks appear; the report counts those that reach
+        it. 0: no limit.
     weld : bool, default True
         Coincident vertices, as along texture seams and in triangle soups, move as one. Off: they are separate
         vertices, and the surface has a boundary there.
@@ -260,6 +280,7 @@ def apply_coord_spectral_smoothing(
     selected: bool = ...,
     features: Literal["none", "vertex_selection", "face_selection", "vertex_quality"] = "none",
     feature_gain: float = 1.0,
+    max_displacement: float | _Value = 0.0,
     weld: bool = True,
     progress: Callable[[float], object] | None = None,
 ) -> Report:
@@ -320,6 +341,10 @@ def apply_coord_spectral_smoothing(
     feature_gain : float in [0, 100], default 1.0
         Factor for the detail that smoothing would remove from features: 0 smooths them like the other vertices,
         1 keeps the detail, values above 1 enhance it.
+    max_displacement : float, PercentageValue or PureValue, default 0.0
+        Limit of the distance that a vertex may move, as a length or a percentage of the bounding-box diagonal.
+        Vertices around those that reach it follow, so that no kinks appear; the report counts those that reach
+        it. 0: no limit.
     weld : bool, default True
         Coincident vertices, as along texture seams and in triangle soups, move as one. Off: they are separate
         vertices, and the surface has a boundary there.
@@ -478,6 +503,7 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
         feature_gain: float = 1.0,
         creases: Literal["none", "edge_selection"] = "none",
         crease_angle: float = 0.0,
+        max_displacement: float | _Value = 0.0,
         weld: bool = True,
         progress: Callable[[float], object] | None = None,
     ) -> Report:
@@ -525,6 +551,10 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
             Instead of a selection: edges whose adjacent face normals differ by more than this angle, in degrees
             below 180, are creases; on noisy meshes the normals after a first edge-aware low-pass are compared. 0:
             none.
+        max_displacement : float, PercentageValue or PureValue, default 0.0
+            Limit of the distance that a vertex may move, as a length or a percentage of the bounding-box diagonal.
+            Vertices around those that reach it follow, so that no kinks appear; the report counts those that reach
+            it. 0: no limit.
         weld : bool, default True
             Coincident vertices, as along texture seams and in triangle soups, move as one. Off: they are separate
             vertices, and the surface has a boundary there.
@@ -541,6 +571,7 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
         feature_gain: float = 1.0,
         creases: Literal["none", "edge_selection"] = "none",
         crease_angle: float = 0.0,
+        max_displacement: float | _Value = 0.0,
         weld: bool = True,
         progress: Callable[[float], object] | None = None,
     ) -> Report:
@@ -578,6 +609,10 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
             Instead of a selection: edges whose adjacent face normals differ by more than this angle, in degrees
             below 180, are creases; on noisy meshes the normals after a first edge-aware low-pass are compared. 0:
             none.
+        max_displacement : float, PercentageValue or PureValue, default 0.0
+            Limit of the distance that a vertex may move, as a length or a percentage of the bounding-box diagonal.
+            Vertices around those that reach it follow, so that no kinks appear; the report counts those that reach
+            it. 0: no limit.
         weld : bool, default True
             Coincident vertices, as along texture seams and in triangle soups, move as one. Off: they are separate
             vertices, and the surface has a boundary there.
@@ -597,6 +632,7 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
         boundary: Literal["free", "fixed", "curve"] = "fixed",
         selected: bool = ...,
         features: Literal["none", "vertex_selection", "face_selection", "vertex_quality"] = "none",
+        max_displacement: float | _Value = 0.0,
         weld: bool = True,
         progress: Callable[[float], object] | None = None,
     ) -> Report:
@@ -639,6 +675,10 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
         features : none | vertex_selection | face_selection | vertex_quality, default none
             Vertices with detail to be kept or enhanced: the selected ones, those of selected faces, or all,
             weighted by their quality from 0 to 1.
+        max_displacement : float, PercentageValue or PureValue, default 0.0
+            Limit of the distance that a vertex may move, as a length or a percentage of the bounding-box diagonal.
+            Vertices around those that reach it follow, so that no kinks appear; the report counts those that reach
+            it. 0: no limit.
         weld : bool, default True
             Coincident vertices, as along texture seams and in triangle soups, move as one. Off: they are separate
             vertices, and the surface has a boundary there.
@@ -654,6 +694,7 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
         method: Literal["auto", "exact", "chebyshev"] = "auto",
         mode_count: Literal["estimate", "exact"] = "estimate",
         selected: bool = ...,
+        max_displacement: float | _Value = 0.0,
         weld: bool = True,
         progress: Callable[[float], object] | None = None,
     ) -> Report:
@@ -686,6 +727,10 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
         selected : bool, default whether something is selected
             Moves only selected vertices and those of selected faces; the effect fades out toward the others.
             Default: on if anything is selected.
+        max_displacement : float, PercentageValue or PureValue, default 0.0
+            Limit of the distance that a vertex may move, as a length or a percentage of the bounding-box diagonal.
+            Vertices around those that reach it follow, so that no kinks appear; the report counts those that reach
+            it. 0: no limit.
         weld : bool, default True
             Coincident vertices, as along texture seams and in triangle soups, move as one. Off: they are separate
             vertices, and the surface has a boundary there.
@@ -709,6 +754,7 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
         selected: bool = ...,
         features: Literal["none", "vertex_selection", "face_selection", "vertex_quality"] = "none",
         feature_gain: float = 1.0,
+        max_displacement: float | _Value = 0.0,
         weld: bool = True,
         progress: Callable[[float], object] | None = None,
     ) -> Report:
@@ -769,6 +815,10 @@ class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
         feature_gain : float in [0, 100], default 1.0
             Factor for the detail that smoothing would remove from features: 0 smooths them like the other vertices,
             1 keeps the detail, values above 1 enhance it.
+        max_displacement : float, PercentageValue or PureValue, default 0.0
+            Limit of the distance that a vertex may move, as a length or a percentage of the bounding-box diagonal.
+            Vertices around those that reach it follow, so that no kinks appear; the report counts those that reach
+            it. 0: no limit.
         weld : bool, default True
             Coincident vertices, as along texture seams and in triangle soups, move as one. Off: they are separate
             vertices, and the surface has a boundary there.

@@ -31,6 +31,7 @@ def smooth(
     mask: npt.ArrayLike | None = None,
     features: npt.ArrayLike | None = None,
     feature_gain: float = 1.0,
+    max_displacement: float | str | None = None,
     region: Region | None = None,
     laplacian: LaplacianKind = "uniform",
     weld: bool = True,
@@ -100,8 +101,12 @@ def smooth(
     feature_gain : float
         Fraction of the removed detail that features keep: 0 smooths them like the rest, 1 keeps them, above 1 enhances
         them. Without ``features`` it has no effect.
+    max_displacement : float or str, optional
+        Limit of the distance that a vertex may move, as a length in mesh units or as a percentage of the bounding-box
+        diagonal, ``"0.1%"``. Vertices around those that reach it follow, so that no kinks appear; ``result.limited``
+        is the number that reach it. No limit if not given.
     region : Region, optional
-        ``boundary``, ``mask``, ``features`` and ``feature_gain`` as a value, in place of these.
+        ``boundary``, ``mask``, ``features``, ``feature_gain`` and ``max_displacement`` as a value, in place of these.
     laplacian : {"uniform", "cotangent"}
         Weights of the edges: all 1 (the paper, eq. 1), or by the cotangents of the opposite angles.
     weld : bool
@@ -259,6 +264,7 @@ def low_pass(
     method: Method = "auto",
     mode_count: ModeCount = "estimate",
     mask: npt.ArrayLike | None = None,
+    max_displacement: float | str | None = None,
     region: Region | None = None,
     laplacian: LaplacianKind = "uniform",
     weld: bool = True,
@@ -286,6 +292,10 @@ def low_pass(
     mask : (n,) array of weights in [0, 1] or of bool, optional
         Vertices that may move: those whose weight is above 0. The others stay to the bit, and the displacement fades
         out toward them without a seam.
+    max_displacement : float or str, optional
+        Limit of the distance that a vertex may move, as a length in mesh units or as a percentage of the bounding-box
+        diagonal, ``"0.1%"``. Vertices around those that reach it follow, so that no kinks appear; ``result.limited``
+        is the number that reach it. No limit if not given.
     region, laplacian, weld, progress
         As for :func:`meshlab_specsmooth.smooth`; so are returns and errors.
 
@@ -315,6 +325,7 @@ def enhance(
     boundary: Boundary = "auto",
     mask: npt.ArrayLike | None = None,
     features: npt.ArrayLike | None = None,
+    max_displacement: float | str | None = None,
     region: Region | None = None,
     laplacian: LaplacianKind = "uniform",
     weld: bool = True,
@@ -353,6 +364,10 @@ def enhance(
         out toward them without a seam.
     features : (n,) array of weights in [0, 1] or of bool, optional
         Vertices whose detail is to be kept or enhanced.
+    max_displacement : float or str, optional
+        Limit of the distance that a vertex may move, as a length in mesh units or as a percentage of the bounding-box
+        diagonal, ``"0.1%"``. Vertices around those that reach it follow, so that no kinks appear; ``result.limited``
+        is the number that reach it. No limit if not given.
     region, laplacian, weld, workspace, progress
         As for :func:`meshlab_specsmooth.smooth`; so are returns and errors. The result's cut-off is that of the
         shortest wave.

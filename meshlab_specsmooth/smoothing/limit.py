@@ -17,7 +17,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from meshlab_specsmooth.arrays import Floats
+from meshlab_specsmooth.arrays import Booleans, Floats
 from meshlab_specsmooth.errors import NotConverged
 from meshlab_specsmooth.operators.assemble import Operators, assemble_surface
 from meshlab_specsmooth.operators.barycenters import Gram
@@ -30,8 +30,9 @@ from meshlab_specsmooth.smoothing.settings import Region
 
 R = TypeVar("R", bound=FilterResult)
 
-# Weight of the barycenters in the norm for filters without one of their own: at noise of 0.3 edges, with a tenth of the
-# vertices beyond the limit, 14 % less RMS error of the normals than by cutting vertices off, where 1 gives 2 % and 3 more
+# Weight of the barycenters in the norm for filters without one of their own. At noise of 0.3 edges, with a tenth of the
+# vertices beyond the limit, the RMS error of the normals is 14 % lower than by shortening each displacement; with a
+# weight of 1 it is 2 % lower, and with 3 it is higher
 _WEIGHT = 0.3
 
 # Change of a vertex in an iteration, relative to the limit, at which the iteration ends. It does not show
@@ -77,7 +78,7 @@ def limit_displacement(result: R, region: Region, ops: Operators | None = None) 
     filtered = get_displacement(ops, result.vertices)
     radius = float(np.ldexp(limit, -ops.exponent))
     displacement = project(ops, held.gram.scaled(held.factor**2), filtered, radius)
-    at_limit = _lengths(displacement) >= radius * (1 - _TOLERANCE)
+    at_limit: Booleans = _lengths(displacement) >= radius * (1 - _TOLERANCE)
     count = int(at_limit.sum() if ops.active_index is None else at_limit[ops.active_index[ops.active_index >= 0]].sum())
     vertices, rms = move_vertices(ops, displacement)
     line = f"{count} of {len(V)} vertices are held at the max_displacement of {limit:.4g}"
@@ -125,7 +126,7 @@ def _find_largest_eigenvalue(A: NormalMatrix, moves: Floats, work: Workspace) ->
 
 def _clip(X: Floats, radius: float) -> Floats:
     """Rows that are longer than the radius are shortened to it, less a rounding."""
-    length = _lengths(X)[:, None]
+    length: Floats = _lengths(X)[:, None]
     return np.asarray(X * np.where(length > radius, radius / np.maximum(length, radius) * (1 - 1e-12), 1.0))
 
 
