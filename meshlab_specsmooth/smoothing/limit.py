@@ -17,7 +17,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from meshlab_specsmooth.arrays import Booleans, Floats
+from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.errors import NotConverged
 from meshlab_specsmooth.operators.assemble import Operators, assemble_surface
 from meshlab_specsmooth.operators.barycenters import Gram
@@ -78,7 +78,7 @@ def limit_displacement(result: R, region: Region, ops: Operators | None = None) 
     filtered = get_displacement(ops, result.vertices)
     radius = float(np.ldexp(limit, -ops.exponent))
     displacement = project(ops, held.gram.scaled(held.factor**2), filtered, radius)
-    at_limit: Booleans = _lengths(displacement) >= radius * (1 - _TOLERANCE)
+    at_limit = _lengths(displacement) >= radius * (1 - _TOLERANCE)
     count = int(at_limit.sum() if ops.active_index is None else at_limit[ops.active_index[ops.active_index >= 0]].sum())
     vertices, rms = move_vertices(ops, displacement)
     line = f"{count} of {len(V)} vertices are held at the max_displacement of {limit:.4g}"
@@ -89,7 +89,7 @@ def limit_displacement(result: R, region: Region, ops: Operators | None = None) 
 
 def project(ops: Operators, gram: Gram, filtered: Floats, radius: float) -> Floats:
     """Project displacements (k, 3) on |x_i| <= radius in the norm of L^T L + gram; rows of zeros stay zero."""
-    moves = filtered.any(axis=1)[:, None].astype(np.float64)
+    moves = np.any(filtered, axis=1, keepdims=True).astype(np.float64)
     A = NormalMatrix(ops.L, gram, moves, None)
     work = Workspace()
     step = 1.0 / (_MARGIN * _find_largest_eigenvalue(A, moves, work))
@@ -126,7 +126,7 @@ def _find_largest_eigenvalue(A: NormalMatrix, moves: Floats, work: Workspace) ->
 
 def _clip(X: Floats, radius: float) -> Floats:
     """Rows that are longer than the radius are shortened to it, less a rounding."""
-    length: Floats = _lengths(X)[:, None]
+    length = _lengths(X)[:, None]
     return np.asarray(X * np.where(length > radius, radius / np.maximum(length, radius) * (1 - 1e-12), 1.0))
 
 
