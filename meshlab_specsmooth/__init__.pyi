@@ -4,6 +4,8 @@ from meshlab_specsmooth.batching.many import batch as batch
 from meshlab_specsmooth.batching.record import Outcome as Outcome
 from meshlab_specsmooth.batching.summary import BatchSummary as BatchSummary
 from meshlab_specsmooth.comparison.comparison import Comparison as Comparison
+from meshlab_specsmooth.comparison.deviation import Deviation as Deviation
+from meshlab_specsmooth.comparison.deviation import deviation as deviation
 from meshlab_specsmooth.comparison.filter_specs import FilterSpec as FilterSpec
 from meshlab_specsmooth.edge_aware.api import denoise as denoise
 from meshlab_specsmooth.edge_aware.api import smooth_edge_aware as smooth_edge_aware
@@ -51,6 +53,8 @@ from meshlab_specsmooth.operators.assemble import assemble as assemble
 from meshlab_specsmooth.power_spectrum import Spectrum as Spectrum
 from meshlab_specsmooth.power_spectrum import spectrum as spectrum
 from meshlab_specsmooth.report.compared import compare as compare
+from meshlab_specsmooth.report.deviation_report import draw_deviation as draw_deviation
+from meshlab_specsmooth.report.deviation_report import write_deviation as write_deviation
 from meshlab_specsmooth.report.fields import draw_field as draw_field
 from meshlab_specsmooth.risk.estimate_error import ErrorEstimate as ErrorEstimate
 from meshlab_specsmooth.risk.estimate_error import estimate_error as estimate_error

@@ -16,7 +16,7 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
-from meshlab_specsmooth.cli import batch, compare, demo, denoise, filters, run, smooth, spectrum, tune
+from meshlab_specsmooth.cli import batch, compare, demo, denoise, deviation, filters, run, smooth, spectrum, tune
 from meshlab_specsmooth.cli.progress import notice
 from meshlab_specsmooth.errors import InvalidParameter, Slow, SmoothingWarning, SpecsmoothError, suggest
 from meshlab_specsmooth.isolation import fork
@@ -31,6 +31,7 @@ _COMMANDS = {
     "smooth": smooth,
     "denoise": denoise,
     "compare": compare,
+    "deviation": deviation,
     "batch": batch,
     "spectrum": spectrum,
     "tune": tune,
@@ -112,8 +113,7 @@ def _run(arguments: Sequence[str] | None) -> int:
         # the process is ours, and its file may crash it. A fork has no other threads
         if arguments is None and file is not None and fork.can_fork() and threading.active_count() == 1:
             return _run_in_fork(given, file)
-        given.run(given)
-        return DONE
+        return int(given.run(given) or DONE)
     finally:
         _flush()
         if arguments is None and _may_set_handlers():  # the process ends now
@@ -127,30 +127,31 @@ def _run_in_fork(given: argparse.Namespace, file: str) -> int:
         temporary.remove_stale(place)
     is_staged = not getattr(given, "writes_at_once", False)
 
-    def work(_: object) -> str:
+    def work(_: object) -> tuple[str, int]:
         fork.silence_native_output()
         if not is_staged:
-            given.run(given)
-            return ""
+            return "", given.run(given) or DONE
         with contextlib.redirect_stdout(io.StringIO()) as printed:
-            given.run(given)
-        return printed.getvalue()
+            code = given.run(given) or DONE
+        return printed.getvalue(), code
 
     result = fork.run_in_fork(work, {signal.SIGINT, signal.SIGTERM, signal.SIGHUP}, places, is_staged)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the process ends now
     if result.code < 0:
         raise Crashed(f"{file}: the process that read, changed or wrote it {describe_exit(result.code)}")
-    if result.code == DONE:
-        print(result.answer, end="")
-    return result.code
+    if result.code != DONE:
+        return result.code
+    printed, code = result.answer
+    print(printed, end="")
+    return int(code)
 
 
 def _output_folders(given: argparse.Namespace) -> list[Path]:
     """List the folders that a command writes to."""
-    output, out = getattr(given, "output", None), getattr(given, "out", None)
+    out = getattr(given, "out", None)
     places = [Path(tempfile.gettempdir())]
-    if output is not None:
-        places.append(Path(os.path.realpath(output)).parent)
+    files = [getattr(given, name, None) for name in ("output", "picture", "json")]
+    places += [Path(os.path.realpath(file)).parent for file in files if file is not None]
     if out is not None:
         places.append(Path(os.path.realpath(out)))
         places.append(Path(os.path.realpath(out)).parent)
@@ -189,7 +190,7 @@ def _make_parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="specsmooth",
         description="Spectral mesh smoothing with barycenter constraints, for meshes of any format that MeshLab reads.",
-        epilog="exit codes: 0 done, 1 failed, 2 wrong usage",
+        epilog="exit codes: 0 done, 1 failed, 2 wrong usage, 3 tolerance exceeded (deviation)",
     )
     parser.add_argument("--version", action="version", version=f"specsmooth {VERSION}")
     subparsers = parser.add_subparsers(metavar="COMMAND", required=True)

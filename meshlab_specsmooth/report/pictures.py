@@ -117,18 +117,29 @@ def open_plotter(pyvista: Any, shape: tuple[int, int], size: tuple[int, int], **
 
 
 def draw_mesh(
-    plotter: Any, pyvista: Any, mesh: Any, view: View, limits: tuple[float, float] | None = None, label: str = ""
+    plotter: Any,
+    pyvista: Any,
+    mesh: Any,
+    view: View,
+    limits: tuple[float, float] | None = None,
+    label: str | None = "",
+    colormap: str = "viridis",
+    beyond: tuple[str, str] | None = None,
 ) -> None:
     """Draw a PyVista mesh in the active view of a plotter, lit from the upper left.
 
-    With ``limits``, it is colored by its ``values`` from the first to the second, and has a color bar with a label.
+    With ``limits``, it is colored by its ``values`` from the first to the second, with a color bar if ``label`` is not
+    None; ``beyond`` has the colors of values below and above the limits, if not those at the ends of the colormap.
     """
     plotter.set_background("white")
     bar: dict[str, Any] = {"title": f"{label}\n", "color": "black", "fmt": "%.3g", "n_labels": 5, "vertical": True}
     bar |= {"position_x": 0.82, "position_y": 0.2, "height": 0.6, "width": 0.07}
     colors: dict[str, Any] = {"color": _COLOR}
     if limits is not None:
-        colors = {"scalars": "values", "clim": limits, "cmap": "viridis", "scalar_bar_args": bar}
+        colors = {"scalars": "values", "clim": limits, "cmap": colormap, "scalar_bar_args": bar}
+        colors["show_scalar_bar"] = label is not None
+        if beyond is not None:
+            colors |= {"below_color": beyond[0], "above_color": beyond[1]}
     plotter.add_mesh(mesh, **colors, ambient=0.12, diffuse=0.9, specular=0.15, specular_power=12)
     # a grazing light from the upper left, which shows roughness, and a weak one from the viewer
     side = np.cross(view.up, view.direction)
