@@ -38,7 +38,6 @@ def signed_distances(points: Floats, surface: Surface) -> Floats:
     Examples
     --------
         >>> import numpy as np
-    import numpy.typing as npt
         >>> import meshlab_specsmooth as mss
         >>> from meshlab_specsmooth.comparison.signed_distances import signed_distances
         >>> triangle = mss.Surface([[0, 0, 0], [4, 0, 0], [0, 4, 0]], [[0, 1, 2]])
