@@ -22,14 +22,14 @@ def signed_distances(points: Floats, surface: Surface) -> Floats:
 
     Parameters
     ----------
-        points : (k, 3) float64
-            In mesh units.
-        surface : Surface
+    points : (k, 3) float64
+        In mesh units.
+    surface : Surface
 
     Returns
     -------
-        (k,) float64
-            In mesh units.
+    (k,) float64
+        In mesh units.
 
     References
     ----------
@@ -37,12 +37,12 @@ def signed_distances(points: Floats, surface: Surface) -> Floats:
 
     Examples
     --------
-        >>> import numpy as np
-        >>> import meshlab_specsmooth as mss
-        >>> from meshlab_specsmooth.comparison.signed_distances import signed_distances
-        >>> triangle = mss.Surface([[0, 0, 0], [4, 0, 0], [0, 4, 0]], [[0, 1, 2]])
-        >>> signed_distances(np.array([[1.0, 1, 3], [1, 1, -2], [-3, -4, 0]]), triangle).tolist()
-        [3.0, -2.0, 5.0]
+    >>> import numpy as np
+    >>> import meshlab_specsmooth as mss
+    >>> from meshlab_specsmooth.comparison.signed_distances import signed_distances
+    >>> triangle = mss.Surface([[0, 0, 0], [4, 0, 0], [0, 4, 0]], [[0, 1, 2]])
+    >>> signed_distances(np.array([[1.0, 1, 3], [1, 1, -2], [-3, -4, 0]]), triangle).tolist()
+    [3.0, -2.0, 5.0]
     """
     off, at = nearest_faces(points, surface)
     weights = find_nearest_points(points, surface.vertices[surface.faces[at]])
