@@ -18,6 +18,11 @@ import pytest
 from sybil import Example, Sybil
 from sybil.parsers.markdown import CodeBlockParser, PythonCodeBlockParser, SkipParser
 
+# examples that plot open no window, and without a display VTK renders by EGL
+os.environ.setdefault("PYVISTA_OFF_SCREEN", "true")
+if sys.platform == "linux" and "DISPLAY" not in os.environ:
+    os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
+
 
 def run_console(example: Example) -> str | None:
     """Run a console block; what went wrong, or None."""

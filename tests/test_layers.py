@@ -32,19 +32,20 @@ ROOMS = [
     {"meshlab"},
     {"comparison"},
     {"report"},
+    {"accessor"},
     {"batching"},
     {"cli"},
     {"__init__", "__main__"},
 ]
 HOME = {
-    "pymeshlab": "meshlab",
-    "distributed": "batching",
-    "pyvista": "report",
-    "matplotlib": "report",
-    "jinja2": "report",
-    "polyscope": "report",
-    "tqdm": "runtime",
-    "numba": "graph",
+    "pymeshlab": ("meshlab",),
+    "distributed": ("batching",),
+    "pyvista": ("report", "accessor"),
+    "matplotlib": ("report",),
+    "jinja2": ("report",),
+    "polyscope": ("report",),
+    "tqdm": ("runtime",),
+    "numba": ("graph",),
 }
 
 
@@ -75,7 +76,7 @@ def test_nothing_looks_back(path):
         if parts[0] == "meshlab_specsmooth" and len(parts) > 1 and parts[1].islower() and not parts[1].startswith("__"):
             assert level(parts[1]) <= level(room), f"{room} imports {name}"
         elif parts[0] in HOME:
-            assert room == HOME[parts[0]], f"{room} imports {name}"
+            assert room in HOME[parts[0]], f"{room} imports {name}"
 
 
 def test_every_room_is_listed():
