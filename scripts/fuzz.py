@@ -91,6 +91,7 @@ def run_call(call: Call, show: bool = False) -> str:
     """Run a call and describe its outcome, without line breaks and tabs."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")
+        warnings.simplefilter("ignore", mss.SmoothingWarning)
         try:
             result = call.run()
         except ChangedError as error:

@@ -133,13 +133,14 @@ FROM_THE_MESH = {"features", "selected", "creases", "crease_angle", "slice_spaci
 ARRAYS = {"mask", "features", "creases"}
 # fields without effect in a filter; meaning of "auto" for enhancement, which chooses no weight
 WITHOUT = {
-    "compute_scalar_by_spectral_displacement": {"feature_gain"},
+    "compute_scalar_by_spectral_displacement": {"feature_gain", "max_displacement"},
     "apply_coord_spectral_low_pass": {"boundary", "feature_gain"},
     "apply_coord_spectral_enhancement": {"feature_gain"},
 }
 MEANT = {"apply_coord_spectral_enhancement": {"boundary": "fixed"}}
 # accepted by the numerics; None: any positive number
 BOUNDS = {
+    "max_displacement": None,
     "modes": None,
     "wavelength": None,
     "longest": None,

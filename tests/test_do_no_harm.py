@@ -352,6 +352,7 @@ def test_vertices_that_no_face_uses_need_not_be_finite():
     W = np.r_[V, [[np.nan, 0, 0], [np.inf, -np.inf, 1]]]
     with warnings.catch_warnings():
         warnings.simplefilter("error")
+        warnings.simplefilter("ignore", mss.SmoothingWarning)
         for function in (mss.smooth, mss.denoise):
             result = function(W, F)
             assert np.array_equal(result.vertices[: len(V)], function(V, F).vertices)

@@ -187,9 +187,8 @@ def test_polygons_that_pymeshlab_writes_without_end_are_an_error_with_a_remedy(t
     source.write_bytes(ply(4, len(rows), body, "ascii"))
     target.write_bytes(b"as it was")
     assert main(["smooth", str(source), str(target)]) == 1
-    problem = capfd.readouterr().err
+    *_, problem = capfd.readouterr().err.splitlines()  # after the notice that so small a mesh is left as it is
     assert problem.startswith(f"specsmooth: {target}: cannot be written: memory ran out")
-    assert problem.count("\n") == 1
     assert target.read_bytes() == b"as it was"
     assert main(["smooth", str(source), str(tmp_path / "out.ply")]) == 0
     ms = mesh_files.read(source)

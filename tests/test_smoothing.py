@@ -403,7 +403,7 @@ def test_runs_that_share_a_workspace_give_the_same_bits(method):
         for together_ in (map(run, weights), pool.map(run, weights)):
             assert all(np.array_equal(*pair) for pair in zip(together_, alone, strict=True))
     kept = [workspace.borrow(OPEN[0]) for _ in range(len(workspace))]
-    assert 0 < len(kept) <= 6
+    assert 0 < len(kept) <= 18  # six of each thread, if all three ran at once
     assert {array.shape for array in kept} == {OPEN[0].shape}
     assert len({id(array) for array in kept}) == len(kept)
 
