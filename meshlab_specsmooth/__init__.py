@@ -43,7 +43,7 @@ _NAMES = {
     "meshlab.measures": "self_intersecting_faces",
     "meshlab.registry": "register unregister",
     "meshlab.signatures": (
-        "MeshSet apply_coord_edge_aware_smoothing apply_coord_spectral_denoising "
+        "MeshSet apply_coord_boundary_smoothing apply_coord_edge_aware_smoothing apply_coord_spectral_denoising "
         "apply_coord_spectral_enhancement apply_coord_spectral_low_pass apply_coord_spectral_smoothing "
         "compute_scalar_by_estimated_error compute_scalar_by_noise_level "
         "compute_scalar_by_spectral_displacement get_spectrum"
@@ -58,6 +58,7 @@ _NAMES = {
     "runtime.bars": "show_progress",
     "runtime.workspace": "Workspace",
     "smoothing.api": "choose enhance low_pass smooth",
+    "smoothing.boundary": "BoundaryResult smooth_boundary",
     "smoothing.choice": "Choice ConsideredSetting",
     "smoothing.result": "SmoothingResult",
     "smoothing.settings": "Enhancement LowPass Region Smoothing",

@@ -36,6 +36,7 @@ from meshlab_specsmooth.meshlab.measures import self_intersecting_faces as self_
 from meshlab_specsmooth.meshlab.registry import register as register
 from meshlab_specsmooth.meshlab.registry import unregister as unregister
 from meshlab_specsmooth.meshlab.signatures import MeshSet as MeshSet
+from meshlab_specsmooth.meshlab.signatures import apply_coord_boundary_smoothing as apply_coord_boundary_smoothing
 from meshlab_specsmooth.meshlab.signatures import apply_coord_edge_aware_smoothing as apply_coord_edge_aware_smoothing
 from meshlab_specsmooth.meshlab.signatures import apply_coord_spectral_denoising as apply_coord_spectral_denoising
 from meshlab_specsmooth.meshlab.signatures import apply_coord_spectral_enhancement as apply_coord_spectral_enhancement
@@ -65,6 +66,8 @@ from meshlab_specsmooth.smoothing.api import choose as choose
 from meshlab_specsmooth.smoothing.api import enhance as enhance
 from meshlab_specsmooth.smoothing.api import low_pass as low_pass
 from meshlab_specsmooth.smoothing.api import smooth as smooth
+from meshlab_specsmooth.smoothing.boundary import BoundaryResult as BoundaryResult
+from meshlab_specsmooth.smoothing.boundary import smooth_boundary as smooth_boundary
 from meshlab_specsmooth.smoothing.choice import Choice as Choice
 from meshlab_specsmooth.smoothing.choice import ConsideredSetting as ConsideredSetting
 from meshlab_specsmooth.smoothing.result import SmoothingResult as SmoothingResult

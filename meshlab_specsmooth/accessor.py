@@ -22,6 +22,7 @@ from meshlab_specsmooth.noise.model import Noise
 from meshlab_specsmooth.report.compared import compare
 from meshlab_specsmooth.risk.estimate_error import estimate_noise
 from meshlab_specsmooth.smoothing.api import enhance, low_pass, smooth
+from meshlab_specsmooth.smoothing.boundary import smooth_boundary
 from meshlab_specsmooth.smoothing.result import FilterResult
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -204,6 +205,21 @@ class SpecsmoothAccessor:
         pyvista.PolyData
         """
         return self._moved(enhance, *args, **kwargs)
+
+    @_take_parameters_of(smooth_boundary)
+    def smooth_boundary(self, *args: Any, **kwargs: Any) -> Any:
+        """Smooth the boundary along itself.
+
+        Parameters
+        ----------
+        *args, **kwargs
+            Those of :func:`meshlab_specsmooth.smooth_boundary`.
+
+        Returns
+        -------
+        pyvista.PolyData
+        """
+        return self._moved(smooth_boundary, *args, **kwargs)
 
     @_take_parameters_of(estimate_noise)
     def estimate_noise(self, *args: Any, **kwargs: Any) -> Noise:

@@ -114,6 +114,11 @@ def test_the_package_s_own_descriptors_are_well_formed_and_named_as_their_files(
 
 # The classes of settings that a filter's parameters are fields of, and those of the operators
 ISOTROPIC, EDGE_AWARE = {"laplacian": "uniform", "weld": True}, {"weld": True}
+BOUNDARY = {
+    name: each.default
+    for name, each in inspect.signature(mss.smooth_boundary).parameters.items()
+    if name not in ("mesh", "faces", "progress")
+}
 SETTINGS = {
     "apply_coord_spectral_smoothing": ((mss.Smoothing, mss.Region), ISOTROPIC),
     "compute_scalar_by_spectral_displacement": ((mss.Smoothing, mss.Region), ISOTROPIC),
@@ -123,6 +128,7 @@ SETTINGS = {
     "apply_coord_edge_aware_smoothing": ((mss.EdgeAware, mss.EdgeAwareRegion), EDGE_AWARE),
     "compute_scalar_by_noise_level": ((), {"unit": "mesh"} | EDGE_AWARE),
     "compute_scalar_by_estimated_error": ((), {"after": "denoising"} | EDGE_AWARE),
+    "apply_coord_boundary_smoothing": ((), BOUNDARY),
     "get_spectrum": (
         (),
         {"laplacian": "uniform", "bands": inspect.signature(mss.spectrum).parameters["bands"].default},
@@ -141,6 +147,8 @@ MEANT = {"apply_coord_spectral_enhancement": {"boundary": "fixed"}}
 # accepted by the numerics; None: any positive number
 BOUNDS = {
     "max_displacement": None,
+    "rings": (0, 100),
+    "corner_angle": (0, 180),
     "modes": None,
     "wavelength": None,
     "longest": None,

@@ -32,7 +32,7 @@ def ms():
 
 def enum_of(name):
     """A parameter of a filter that has two names to choose from."""
-    return next(p for p in descriptors.load(name).parameters if len(p.values) == 2)
+    return next((p for p in descriptors.load(name).parameters if len(p.values) == 2), None)
 
 
 def words_of(error, native, ours):
@@ -69,7 +69,7 @@ def test_enums_are_given_by_name_or_number(ms):
 
 
 @pytest.mark.no_cover
-@EACH_FILTER
+@pytest.mark.parametrize("name", [name for name in filters.FILTERS if enum_of(name) is not None])
 @pytest.mark.parametrize(
     ("given", "error", "words"),
     [
@@ -225,8 +225,8 @@ def test_a_verbose_meshset_reports_our_filters_like_its_own(name, capfd):
     filters.apply(ms, name)
     printed = capfd.readouterr()
     assert printed.out.startswith(f"\nApplying filter {name} with the following parameters:\n{{")
-    enum = enum_of(name)
-    assert f"{enum.name!r}: {enum.default!r}" in printed.out
+    flag = next(p for p in descriptors.load(name).parameters if p.type in ("enum", "bool") and p.name != "selected")
+    assert f"{flag.name!r}: {flag.default!r}" in printed.out
     assert printed.out.count("Applying filter") == 1
     assert printed.err == ""
     ms.set_verbosity(False)
@@ -352,11 +352,13 @@ def test_every_filter_changes_nothing_else(laden, name):
     before = state.of_meshset(laden)
     # a mesh without noise would stay as it is, were nothing given
     given = {"strength": 1.0, "range_sigma": 0.3, "iterations": 2} if "edge_aware" in name else {}
+    if "boundary" in name:
+        given = {"wavelength": 1e3}
     filters.apply(laden, name, **({"barycenter_weight": 1.0} if "smoothing" in name and not given else given))
     assert laden.current_mesh().id() == held.id() == 1
     follows = {f"/meshes[1]/{part}" for part in state.FOLLOWS} if name.startswith("apply_coord") else set()
     follows |= {"/meshes[1]/vertex quality"} if name.startswith("compute_scalar") else set()
-    follows = set() if "denoising" in name else follows  # a mesh without noise stays as it is
+    follows = set() if "denoising" in name or "boundary" in name else follows  # without noise, or jags, it stays
     changed = set(state.differences(before, state.of_meshset(laden)))
     assert changed <= follows | {"/script"}
     assert changed >= (follows | {"/script"}) - {"/meshes[1]/bounding box"}  # the rim is fixed, so the box may stay

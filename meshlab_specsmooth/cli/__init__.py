@@ -16,7 +16,19 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
-from meshlab_specsmooth.cli import batch, compare, demo, denoise, deviation, filters, run, smooth, spectrum, tune
+from meshlab_specsmooth.cli import (
+    batch,
+    boundary,
+    compare,
+    demo,
+    denoise,
+    deviation,
+    filters,
+    run,
+    smooth,
+    spectrum,
+    tune,
+)
 from meshlab_specsmooth.cli.progress import notice
 from meshlab_specsmooth.errors import InvalidParameter, Slow, SmoothingWarning, SpecsmoothError, suggest
 from meshlab_specsmooth.isolation import fork
@@ -30,6 +42,7 @@ DONE, FAILED, USAGE = 0, 1, 2
 _COMMANDS = {
     "smooth": smooth,
     "denoise": denoise,
+    "boundary": boundary,
     "compare": compare,
     "deviation": deviation,
     "batch": batch,

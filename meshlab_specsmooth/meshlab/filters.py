@@ -29,6 +29,7 @@ from meshlab_specsmooth.risk.estimate_error import estimate_noise
 from meshlab_specsmooth.runtime.memory import require
 from meshlab_specsmooth.runtime.progress import subrange
 from meshlab_specsmooth.smoothing.api import enhance, low_pass, smooth
+from meshlab_specsmooth.smoothing.boundary import BoundaryResult, smooth_boundary
 from meshlab_specsmooth.smoothing.result import SmoothingResult
 
 # Memory that pymeshlab needs while vertices are written: two point clouds, and the old vertices
@@ -161,6 +162,33 @@ def apply_coord_spectral_denoising(call: Call) -> tuple[Report, Change]:
     'unclear'
     """  # noqa: D205 (the summary is in the descriptor)
     return _smooth_normals(call, denoise)
+
+
+@mesh_filter
+def apply_coord_boundary_smoothing(call: Call) -> tuple[Report, Change]:
+    """
+    Returns
+    -------
+    dict
+        All fields of :class:`meshlab_specsmooth.BoundaryResult` except for the vertices.
+
+    Examples
+    --------
+    >>> import pymeshlab
+    >>> import meshlab_specsmooth as mss
+    >>> ms = pymeshlab.MeshSet()
+    >>> ms.create_grid(numvertx=20, numverty=20)
+    >>> mss.apply_coord_boundary_smoothing(ms)["smoothed"]  # its boundary has no jags
+    0
+    """  # noqa: D205 (the summary is in the descriptor)
+    vertices, faces = get_arrays(call.ms)
+    result = smooth_boundary(
+        vertices,
+        faces,
+        **keyword_arguments(call.ms, call.values, "wavelength", "max_displacement"),
+        progress=subrange(call.progress, 0.0, WRITING),
+    )
+    return make_report(result), Change(vertices=reachable_by_morph(vertices, result.vertices))
 
 
 @mesh_filter
@@ -297,7 +325,9 @@ def _smooth_normals(call: Call, function: Callable[..., EdgeAwareResult]) -> tup
     return make_report(result), Change(vertices=reachable_by_morph(vertices, result.vertices))
 
 
-def make_report(result: SmoothingResult | EdgeAwareResult, max_pictured: int = _MAX_PICTURED) -> Report:
+def make_report(
+    result: SmoothingResult | EdgeAwareResult | BoundaryResult, max_pictured: int = _MAX_PICTURED
+) -> Report:
     """Return all fields except for the surfaces."""
     fields = {name: value for name, value in vars(result).items() if name not in _SURFACES}
     if len(result.vertices) > max_pictured:

@@ -48,6 +48,7 @@ WRITING = 0.65
 
 # Functions for other meshes
 _ON_OTHER_MESHES = {
+    "apply_coord_boundary_smoothing": "smooth_boundary(mesh)",
     "apply_coord_edge_aware_smoothing": "smooth_edge_aware(mesh)",
     "apply_coord_spectral_denoising": "denoise(mesh)",
     "apply_coord_spectral_enhancement": "enhance(mesh)",

@@ -15,6 +15,45 @@ class _Value(Protocol):
 
     def value(self) -> float: ...
 
+def apply_coord_boundary_smoothing(
+    ms: pymeshlab.MeshSet,
+    *,
+    wavelength: float | _Value = 0.0,
+    rings: int = 3,
+    corner_angle: float = 60.0,
+    selected: bool = ...,
+    max_displacement: float | _Value = 0.0,
+    weld: bool = True,
+    progress: Callable[[float], object] | None = None,
+) -> Report:
+    """Boundary Smooth, in place on the current mesh.
+
+    Smooths the boundary of an open surface along itself: jagged rims of scans and of meshes that were cut. Corners
+    stay, closed curves do not shrink, and curves without jags are left as they are. A few rings of inner vertices
+    follow; the rest of the surface does not move.
+
+    Parameters
+    ----------
+    wavelength : float, PercentageValue or PureValue, default 0.0
+        Wavelength along the boundary at which waves keep half of their height, as a length or a percentage of
+        the bounding-box diagonal; shorter ones are removed. 0: 12 mean boundary edges.
+    rings : int in [0, 100], default 3
+        Rings of inner vertices that follow the boundary. 0: they stay.
+    corner_angle : float in [0, 180], default 60.0
+        Angle in degrees: where the boundary, seen over a few of its edges, turns by more, it has a corner that
+        stays. 180: no corners.
+    selected : bool, default whether something is selected
+        Moves only selected vertices of the boundary and those of selected faces. Default: on if anything is
+        selected.
+    max_displacement : float, PercentageValue or PureValue, default 0.0
+        Limit of the distance that a vertex may move, as a length or a percentage of the bounding-box diagonal.
+        Vertices around those that reach it follow, so that no kinks appear; the report counts those that reach
+        it. 0: no limit.
+    weld : bool, default True
+        Coincident vertices, as along texture seams and in triangle soups, move as one. Off: they are separate
+        vertices, and the surface has a boundary there.
+    """
+
 def apply_coord_edge_aware_smoothing(
     ms: pymeshlab.MeshSet,
     *,
@@ -488,6 +527,45 @@ def get_spectrum(
 
 class MeshSet(pymeshlab.MeshSet):  # type: ignore[misc]
     """A pymeshlab MeshSet that knows our filters, without ``register``."""
+
+    def apply_coord_boundary_smoothing(
+        self,
+        *,
+        wavelength: float | _Value = 0.0,
+        rings: int = 3,
+        corner_angle: float = 60.0,
+        selected: bool = ...,
+        max_displacement: float | _Value = 0.0,
+        weld: bool = True,
+        progress: Callable[[float], object] | None = None,
+    ) -> Report:
+        """Boundary Smooth, in place on the current mesh.
+
+        Smooths the boundary of an open surface along itself: jagged rims of scans and of meshes that were cut. Corners
+        stay, closed curves do not shrink, and curves without jags are left as they are. A few rings of inner vertices
+        follow; the rest of the surface does not move.
+
+        Parameters
+        ----------
+        wavelength : float, PercentageValue or PureValue, default 0.0
+            Wavelength along the boundary at which waves keep half of their height, as a length or a percentage of
+            the bounding-box diagonal; shorter ones are removed. 0: 12 mean boundary edges.
+        rings : int in [0, 100], default 3
+            Rings of inner vertices that follow the boundary. 0: they stay.
+        corner_angle : float in [0, 180], default 60.0
+            Angle in degrees: where the boundary, seen over a few of its edges, turns by more, it has a corner that
+            stays. 180: no corners.
+        selected : bool, default whether something is selected
+            Moves only selected vertices of the boundary and those of selected faces. Default: on if anything is
+            selected.
+        max_displacement : float, PercentageValue or PureValue, default 0.0
+            Limit of the distance that a vertex may move, as a length or a percentage of the bounding-box diagonal.
+            Vertices around those that reach it follow, so that no kinks appear; the report counts those that reach
+            it. 0: no limit.
+        weld : bool, default True
+            Coincident vertices, as along texture seams and in triangle soups, move as one. Off: they are separate
+            vertices, and the surface has a boundary there.
+        """
 
     def apply_coord_edge_aware_smoothing(
         self,

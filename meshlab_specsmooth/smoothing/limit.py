@@ -17,8 +17,9 @@ from typing import TypeVar
 
 import numpy as np
 
-from meshlab_specsmooth.arrays import Floats
+from meshlab_specsmooth.arrays import Booleans, Floats
 from meshlab_specsmooth.errors import NotConverged
+from meshlab_specsmooth.graph.laplacian import Laplacian
 from meshlab_specsmooth.operators.assemble import Operators, assemble_surface
 from meshlab_specsmooth.operators.barycenters import Gram
 from meshlab_specsmooth.operators.reconstruction import NormalMatrix
@@ -77,8 +78,8 @@ def limit_displacement(result: R, region: Region, ops: Operators | None = None) 
     held = hold_barycenters(ops, weight if np.any(weight) else _WEIGHT)
     filtered = get_displacement(ops, result.vertices)
     radius = float(np.ldexp(limit, -ops.exponent))
-    displacement = project(ops, held.gram.scaled(held.factor**2), filtered, radius)
-    at_limit = _lengths(displacement) >= radius * (1 - _TOLERANCE)
+    displacement = project(ops.L, held.gram.scaled(held.factor**2), filtered, radius)
+    at_limit = find_limited(displacement, radius)
     count = int(at_limit.sum() if ops.active_index is None else at_limit[ops.active_index[ops.active_index >= 0]].sum())
     vertices, rms = move_vertices(ops, displacement)
     line = f"{count} of {len(V)} vertices are held at the max_displacement of {limit:.4g}"
@@ -87,10 +88,15 @@ def limit_displacement(result: R, region: Region, ops: Operators | None = None) 
     return add_warnings(replace(result, vertices=vertices, displacement=rms, limited=count), line)
 
 
-def project(ops: Operators, gram: Gram, filtered: Floats, radius: float) -> Floats:
+def find_limited(displacement: Floats, radius: float) -> Booleans:
+    """(k,) whether a displacement is at the limit."""
+    return np.asarray(_lengths(displacement) >= radius * (1 - _TOLERANCE))
+
+
+def project(L: Laplacian, gram: Gram, filtered: Floats, radius: float) -> Floats:
     """Project displacements (k, 3) on |x_i| <= radius in the norm of L^T L + gram; rows of zeros stay zero."""
     moves = np.any(filtered, axis=1, keepdims=True).astype(np.float64)
-    A = NormalMatrix(ops.L, gram, moves, None)
+    A = NormalMatrix(L, gram, moves, None)
     work = Workspace()
     step = 1.0 / (_MARGIN * _find_largest_eigenvalue(A, moves, work))
     x = _clip(filtered, radius)
