@@ -40,6 +40,7 @@ _NAMES = {
         "TooLarge"
     ),
     "geometry.surface": "Surface",
+    "installation": "Installation report",
     "meshlab.measures": "self_intersecting_faces",
     "meshlab.registry": "register unregister",
     "meshlab.signatures": (
@@ -51,9 +52,9 @@ _NAMES = {
     "noise.model": "Noise",
     "operators.assemble": "Operators assemble",
     "power_spectrum": "Spectrum spectrum",
-    "report.compared": "compare",
-    "report.deviation_report": "draw_deviation write_deviation",
-    "report.fields": "draw_field",
+    "reports.compared": "compare",
+    "reports.deviation_report": "draw_deviation write_deviation",
+    "reports.fields": "draw_field",
     "risk.estimate_error": "ErrorEstimate estimate_error estimate_noise",
     "runtime.bars": "show_progress",
     "runtime.workspace": "Workspace",

@@ -32,6 +32,8 @@ from meshlab_specsmooth.errors import SmoothingWarning as SmoothingWarning
 from meshlab_specsmooth.errors import SpecsmoothError as SpecsmoothError
 from meshlab_specsmooth.errors import TooLarge as TooLarge
 from meshlab_specsmooth.geometry.surface import Surface as Surface
+from meshlab_specsmooth.installation import Installation as Installation
+from meshlab_specsmooth.installation import report as report
 from meshlab_specsmooth.meshlab.measures import self_intersecting_faces as self_intersecting_faces
 from meshlab_specsmooth.meshlab.registry import register as register
 from meshlab_specsmooth.meshlab.registry import unregister as unregister
@@ -53,10 +55,10 @@ from meshlab_specsmooth.operators.assemble import Operators as Operators
 from meshlab_specsmooth.operators.assemble import assemble as assemble
 from meshlab_specsmooth.power_spectrum import Spectrum as Spectrum
 from meshlab_specsmooth.power_spectrum import spectrum as spectrum
-from meshlab_specsmooth.report.compared import compare as compare
-from meshlab_specsmooth.report.deviation_report import draw_deviation as draw_deviation
-from meshlab_specsmooth.report.deviation_report import write_deviation as write_deviation
-from meshlab_specsmooth.report.fields import draw_field as draw_field
+from meshlab_specsmooth.reports.compared import compare as compare
+from meshlab_specsmooth.reports.deviation_report import draw_deviation as draw_deviation
+from meshlab_specsmooth.reports.deviation_report import write_deviation as write_deviation
+from meshlab_specsmooth.reports.fields import draw_field as draw_field
 from meshlab_specsmooth.risk.estimate_error import ErrorEstimate as ErrorEstimate
 from meshlab_specsmooth.risk.estimate_error import estimate_error as estimate_error
 from meshlab_specsmooth.risk.estimate_error import estimate_noise as estimate_noise

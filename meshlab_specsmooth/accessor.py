@@ -19,7 +19,7 @@ from meshlab_specsmooth.describe import Sentence
 from meshlab_specsmooth.edge_aware.api import denoise, smooth_edge_aware
 from meshlab_specsmooth.geometry.surface import vertex_normals
 from meshlab_specsmooth.noise.model import Noise
-from meshlab_specsmooth.report.compared import compare
+from meshlab_specsmooth.reports.compared import compare
 from meshlab_specsmooth.risk.estimate_error import estimate_noise
 from meshlab_specsmooth.smoothing.api import enhance, low_pass, smooth
 from meshlab_specsmooth.smoothing.boundary import smooth_boundary

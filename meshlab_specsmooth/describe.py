@@ -25,7 +25,7 @@ _CELL = "text-align: left; padding: 1px 12px 1px 0"
 
 def _draw(pictured: Pictured) -> str:
     """Render a picture as HTML; the renderer is in a higher layer and imported at the first call."""
-    return str(importlib.import_module("meshlab_specsmooth.report.thumbnails").draw(pictured))
+    return str(importlib.import_module("meshlab_specsmooth.reports.thumbnails").draw(pictured))
 
 
 class Described:

@@ -39,7 +39,7 @@ from meshlab_specsmooth.arrays import Floats  # noqa: E402
 from meshlab_specsmooth.comparison import metrics  # noqa: E402
 from meshlab_specsmooth.geometry.surface import Surface, mean_edge_length  # noqa: E402
 from meshlab_specsmooth.meshlab import mesh_files, meshset  # noqa: E402
-from meshlab_specsmooth.report.pictures import Panel, front, picture  # noqa: E402
+from meshlab_specsmooth.reports.pictures import Panel, front, picture  # noqa: E402
 from meshlab_specsmooth.runtime import atomic  # noqa: E402
 
 # A result whose vertices are further from the truth than this on average, in mean edges, has diverged

@@ -22,7 +22,7 @@ SYSTEM_LIBRARIES = {"libGL.so.1": "libgl1", "libOpenGL.so.0": "libopengl0", "lib
 
 
 # an environment made for the tests serves the demo too
-CONTAINED = {"demo": ("demo",), "peers": ("peers", "demo"), "test": ("test", "demo")}
+CONTAINED = {"demo": ("demo",), "peers": ("peers", "demo"), "release": ("release",), "test": ("test", "demo")}
 
 
 def enter(extra: str) -> None:

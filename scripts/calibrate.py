@@ -800,7 +800,7 @@ OTHERS: "dict[str, tuple[str, ...]]" = {
         "risk.choose_weight._MAX_WEIGHT_OF_STAIRCASE",
     ),
     "pictures and texts": (
-        "report.*",
+        "reports.*",
         "cli.*",
         "describe.*",
         "*._SHOWN",

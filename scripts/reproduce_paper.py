@@ -29,7 +29,7 @@ from meshlab_specsmooth.comparison.noise import gaussian  # noqa: E402
 from meshlab_specsmooth.comparison.side_by_side import run_side_by_side  # noqa: E402
 from meshlab_specsmooth.geometry.surface import Surface, face_vectors  # noqa: E402
 from meshlab_specsmooth.meshlab import mesh_files, meshset  # noqa: E402
-from meshlab_specsmooth.report.pictures import Panel, front, picture  # noqa: E402
+from meshlab_specsmooth.reports.pictures import Panel, front, picture  # noqa: E402
 from meshlab_specsmooth.runtime import atomic  # noqa: E402
 from meshlab_specsmooth.spectral import eigenbasis  # noqa: E402
 from meshlab_specsmooth.spectral.chebyshev import approximate  # noqa: E402

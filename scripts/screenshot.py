@@ -19,7 +19,7 @@ import meshlab_specsmooth as mss  # noqa: E402
 from meshlab_specsmooth.comparison.metrics import normal_error  # noqa: E402
 from meshlab_specsmooth.comparison.noise import gaussian  # noqa: E402
 from meshlab_specsmooth.meshlab import mesh_files, meshset  # noqa: E402
-from meshlab_specsmooth.report.pictures import Panel, front, picture  # noqa: E402
+from meshlab_specsmooth.reports.pictures import Panel, front, picture  # noqa: E402
 
 SIZE = {"width": 1360, "height": 1340}
 

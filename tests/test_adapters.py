@@ -12,7 +12,7 @@ import pytest
 import meshlab_specsmooth as mss
 from meshlab_specsmooth.adapters import recognize
 from meshlab_specsmooth.meshlab.filters import FILTERS
-from meshlab_specsmooth.report import compared
+from meshlab_specsmooth.reports import compared
 from tests import state
 from tests.meshes import rough, torus
 

@@ -26,7 +26,7 @@ from meshlab_specsmooth.cli import batch as command_line
 from meshlab_specsmooth.cli import main
 from meshlab_specsmooth.geometry.surface import signed_volume
 from meshlab_specsmooth.meshlab import mesh_files, meshset
-from meshlab_specsmooth.report import contact_sheet
+from meshlab_specsmooth.reports import contact_sheet
 from meshlab_specsmooth.runtime import backend, temporary
 from tests.meshes import rough, sheet, torus
 

@@ -21,8 +21,8 @@ from meshlab_specsmooth.meshlab.filters import FILTERS
 from meshlab_specsmooth.meshlab.isolated_filter import FilterProcess, FilterRun
 from meshlab_specsmooth.meshlab.measures import hausdorff, self_intersecting_faces
 from meshlab_specsmooth.operators.assemble import assemble_surface
-from meshlab_specsmooth.report import compared as report
-from meshlab_specsmooth.report import export, page, page_tables, plots, scene
+from meshlab_specsmooth.reports import compared as report
+from meshlab_specsmooth.reports import export, page, page_tables, plots, scene
 from tests.meshes import rough, sheet, together, torus
 
 CLEAN = mss.Surface(*torus(60, 40))

@@ -5,10 +5,12 @@ import os
 import subprocess
 import sys
 import zipfile
-from importlib.metadata import requires
+from importlib.metadata import distribution, requires
 from pathlib import Path
 
+import jinja2
 import pytest
+import yaml
 
 import meshlab_specsmooth as mss
 from meshlab_specsmooth import meshlab as bridge
@@ -176,3 +178,16 @@ def test_descriptors_that_were_not_packed_are_asked_for(monkeypatch, tmp_path):
 def test_only_three_libraries_are_required():
     required = [r for r in requires("meshlab-specsmooth") if "extra ==" not in r]
     assert sorted(r.split(">")[0] for r in required) == ["numpy", "pymeshlab", "scipy"]
+
+
+def test_the_conda_recipe_has_the_version_and_the_requirements_of_the_package():
+    """Rendered and parsed as conda-build does it, as far as that goes without conda."""
+    text = (ROOT / "scripts/conda/meta.yaml").read_text(encoding="utf-8")
+    recipe = yaml.safe_load(jinja2.Template(text).render(PYTHON="python"))
+    assert recipe["package"] == {"name": "meshlab-specsmooth", "version": mss.__version__}
+    needed = [line.replace(">=", " >=") for line in requires("meshlab-specsmooth") if "extra" not in line]
+    assert sorted(recipe["requirements"]["run"][1:]) == sorted(needed)
+    assert (ROOT / "scripts/conda" / recipe["source"]["path"]).resolve() == ROOT
+    (command,) = recipe["build"]["entry_points"]
+    assert command in {f"{e.name} = {e.value}" for e in distribution("meshlab-specsmooth").entry_points}
+    assert f"version: {mss.__version__}" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")

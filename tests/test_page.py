@@ -11,7 +11,7 @@ import pytest
 
 import meshlab_specsmooth as mss
 from meshlab_specsmooth.geometry.decimate import cluster_vertices
-from meshlab_specsmooth.report import export
+from meshlab_specsmooth.reports import export
 from tests.meshes import rough, sheet, torus
 
 sync_api = pytest.importorskip("playwright.sync_api")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import meshlab_specsmooth as mss
-from meshlab_specsmooth.report.pictures import Panel, close_up, front, picture
+from meshlab_specsmooth.reports.pictures import Panel, close_up, front, picture
 from tests.meshes import rough, torus
 
 pyvista = pytest.importorskip("pyvista")

@@ -17,7 +17,7 @@ from meshlab_specsmooth.batching.work import Outcome
 from meshlab_specsmooth.cli import main
 from meshlab_specsmooth.describe import Report, Sentence, describe_html, format_edges
 from meshlab_specsmooth.meshlab import filters, mesh_files, meshset
-from meshlab_specsmooth.report import thumbnails
+from meshlab_specsmooth.reports import thumbnails
 from meshlab_specsmooth.runtime import bars
 from meshlab_specsmooth.runtime.progress import announce, monotone, subrange
 from tests.meshes import box, noisy, together, torus

@@ -10,8 +10,8 @@ import meshlab_specsmooth as mss
 from meshlab_specsmooth.cli import main
 from meshlab_specsmooth.cli import tune as command
 from meshlab_specsmooth.meshlab import mesh_files, meshset, scripts
-from meshlab_specsmooth.report import window
-from meshlab_specsmooth.report.window import Sliders
+from meshlab_specsmooth.reports import window
+from meshlab_specsmooth.reports.window import Sliders
 from tests.meshes import rough, torus
 
 

@@ -28,7 +28,7 @@ from meshlab_specsmooth.parameters import (
     check_path,
     show,
 )
-from meshlab_specsmooth.report import contact_sheet
+from meshlab_specsmooth.reports import contact_sheet
 from meshlab_specsmooth.runtime import backend
 from meshlab_specsmooth.runtime.bars import begin
 from meshlab_specsmooth.runtime.folders import ensure_folder

@@ -20,10 +20,12 @@ from meshlab_specsmooth.cli import (
     batch,
     boundary,
     compare,
+    completion,
     demo,
     denoise,
     deviation,
     filters,
+    report,
     run,
     smooth,
     spectrum,
@@ -51,6 +53,7 @@ _COMMANDS = {
     "run": run,
     "filters": filters,
     "demo": demo,
+    "report": report,
 }
 
 
@@ -206,6 +209,11 @@ def _make_parser() -> argparse.ArgumentParser:
         epilog="exit codes: 0 done, 1 failed, 2 wrong usage, 3 tolerance exceeded (deviation)",
     )
     parser.add_argument("--version", action="version", version=f"specsmooth {VERSION}")
+    parser.add_argument(
+        "--print-completion",
+        action=completion.PrintCompletion,
+        help="print a script that completes commands and options in a shell (bash, zsh, tcsh), and exit",
+    )
     subparsers = parser.add_subparsers(metavar="COMMAND", required=True)
     for name, command in _COMMANDS.items():
         subparser = subparsers.add_parser(

@@ -12,8 +12,8 @@ from meshlab_specsmooth.cli.progress import bar, notice
 from meshlab_specsmooth.comparison.filter_specs import DEFAULT, FILTER_SPECS, select_filters
 from meshlab_specsmooth.errors import InvalidParameter, MissingExtra
 from meshlab_specsmooth.meshlab import mesh_files, meshset, precision
-from meshlab_specsmooth.report import export
-from meshlab_specsmooth.report.compared import compare
+from meshlab_specsmooth.reports import export
+from meshlab_specsmooth.reports.compared import compare
 
 SUMMARY = "compare MeshLab's filters and this package's on a mesh, and recommend one"
 DESCRIPTION = f"""Runs MeshLab's smoothing filters and this package's on a mesh, at their defaults and over their

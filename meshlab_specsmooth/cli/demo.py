@@ -17,7 +17,7 @@ from meshlab_specsmooth.comparison.side_by_side import COLUMNS, explain_paper_se
 from meshlab_specsmooth.comparison.tables import format_rows
 from meshlab_specsmooth.geometry.surface import Surface
 from meshlab_specsmooth.meshlab import mesh_files, meshset
-from meshlab_specsmooth.report.pictures import Panel, View, close_up, front, picture
+from meshlab_specsmooth.reports.pictures import Panel, View, close_up, front, picture
 from meshlab_specsmooth.runtime import atomic
 from meshlab_specsmooth.runtime.folders import ensure_folder
 from meshlab_specsmooth.smoothing.api import smooth

@@ -11,7 +11,7 @@ from meshlab_specsmooth.comparison.deviation import deviation
 from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.meshlab import mesh_files, meshset
 from meshlab_specsmooth.parameters import check_extent
-from meshlab_specsmooth.report.deviation_report import color_by_deviation, draw_deviation
+from meshlab_specsmooth.reports.deviation_report import color_by_deviation, draw_deviation
 from meshlab_specsmooth.runtime import atomic
 
 EXCEEDED = 3

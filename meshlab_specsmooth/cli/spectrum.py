@@ -18,7 +18,7 @@ from meshlab_specsmooth.errors import MissingExtra
 from meshlab_specsmooth.meshlab import descriptors, filters, mesh_files, meshset
 from meshlab_specsmooth.meshlab.parameters import resolve
 from meshlab_specsmooth.power_spectrum import Spectrum, spectrum
-from meshlab_specsmooth.report.spectrum_plot import spectrum_plot
+from meshlab_specsmooth.reports.spectrum_plot import spectrum_plot
 from meshlab_specsmooth.runtime import atomic
 from meshlab_specsmooth.runtime.folders import ensure_folder
 from meshlab_specsmooth.runtime.progress import subrange

@@ -14,7 +14,7 @@ from meshlab_specsmooth.meshlab import descriptors, mesh_files, meshset, precisi
 from meshlab_specsmooth.meshlab.filter_inputs import features_of
 from meshlab_specsmooth.meshlab.parameters import resolve
 from meshlab_specsmooth.operators.assemble import assemble
-from meshlab_specsmooth.report.window import WEIGHTS, Sliders, tune
+from meshlab_specsmooth.reports.window import WEIGHTS, Sliders, tune
 from meshlab_specsmooth.runtime import atomic
 from meshlab_specsmooth.smoothing.api import smooth
 from meshlab_specsmooth.smoothing.filter import DEFAULT_WAVELENGTH_IN_EDGES

@@ -12,7 +12,7 @@ from meshlab_specsmooth.comparison.deviation import Deviation, Place
 from meshlab_specsmooth.errors import MissingExtra
 from meshlab_specsmooth.geometry.surface import Surface
 from meshlab_specsmooth.meshlab import commit, mesh_files, meshset
-from meshlab_specsmooth.report.pictures import View, draw_mesh, front, open_plotter
+from meshlab_specsmooth.reports.pictures import View, draw_mesh, front, open_plotter
 from meshlab_specsmooth.runtime import atomic
 
 # Width and height of a rendered view in pixels; of the whole picture in inches

@@ -10,7 +10,7 @@ from meshlab_specsmooth.comparison.columns import MEASURES, Measure, format_esti
 from meshlab_specsmooth.comparison.comparison import Comparison
 from meshlab_specsmooth.comparison.rows import Row, format_estimated_error
 from meshlab_specsmooth.comparison.tables import format_cell
-from meshlab_specsmooth.report.plots import round_length
+from meshlab_specsmooth.reports.plots import round_length
 
 _TITLES = {
     "estimated_error": "Estimated distance from the true surface",

@@ -13,10 +13,10 @@ from meshlab_specsmooth.comparison.comparison import Comparison
 from meshlab_specsmooth.comparison.rows import Row, format_estimated_error
 from meshlab_specsmooth.errors import MissingExtra
 from meshlab_specsmooth.noise.model import NONE, UNCLEAR
-from meshlab_specsmooth.report import page_tables, plots
-from meshlab_specsmooth.report.pictures import HEIGHT_BY_WIDTH, Panel, View, close_up, front, render
-from meshlab_specsmooth.report.plots import round_length
-from meshlab_specsmooth.report.scene import (
+from meshlab_specsmooth.reports import page_tables, plots
+from meshlab_specsmooth.reports.pictures import HEIGHT_BY_WIDTH, Panel, View, close_up, front, render
+from meshlab_specsmooth.reports.plots import round_length
+from meshlab_specsmooth.reports.scene import (
     MAX_DRAWN,
     TRUTH_COLOR,
     Drawn,
@@ -33,7 +33,7 @@ from meshlab_specsmooth.runtime import temporary
 
 
 def make_page(found: Comparison, recipe: str = "", max_drawn: int = MAX_DRAWN) -> str:
-    """Return the page as text; parameters and errors as for :func:`~meshlab_specsmooth.report.export.write`."""
+    """Return the page as text; parameters and errors as for :func:`~meshlab_specsmooth.reports.export.write`."""
     try:
         import jinja2
     except ImportError as error:

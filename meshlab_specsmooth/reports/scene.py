@@ -15,7 +15,7 @@ from meshlab_specsmooth.comparison.comparison import Comparison
 from meshlab_specsmooth.comparison.rows import Row
 from meshlab_specsmooth.geometry.decimate import cluster_vertices
 from meshlab_specsmooth.geometry.surface import Surface
-from meshlab_specsmooth.report.pictures import front
+from meshlab_specsmooth.reports.pictures import front
 
 # Blue, violet and green for this package's filters; MeshLab's have the other hues
 _OURS = ("#1457b8", "#12a0c4", "#7a4fd0", "#4c8a2a", "#0d2f6b")

@@ -16,7 +16,7 @@ from meshlab_specsmooth.geometry.surface import Surface
 from meshlab_specsmooth.isolation import processes
 from meshlab_specsmooth.isolation.worker import Worker, WorkerFailed, serve
 from meshlab_specsmooth.meshlab import mesh_files, meshset
-from meshlab_specsmooth.report import pictures
+from meshlab_specsmooth.reports import pictures
 from meshlab_specsmooth.runtime import atomic
 
 # Pairs in a row and rows of a sheet; width and height of a picture in pixels

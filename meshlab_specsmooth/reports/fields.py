@@ -10,7 +10,7 @@ import numpy.typing as npt
 from meshlab_specsmooth.adapters import Mesh, recognize
 from meshlab_specsmooth.errors import InvalidParameter, MissingExtra
 from meshlab_specsmooth.parameters import show
-from meshlab_specsmooth.report.pictures import draw_mesh, front, open_plotter
+from meshlab_specsmooth.reports.pictures import draw_mesh, front, open_plotter
 from meshlab_specsmooth.runtime import atomic
 
 _SIZE = (900, 640)

@@ -15,7 +15,7 @@ from meshlab_specsmooth.comparison.experiment import experiment
 from meshlab_specsmooth.comparison.filter_specs import FilterSpec
 from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.parameters import MAX_SEED, check_count, check_path, show
-from meshlab_specsmooth.report import export
+from meshlab_specsmooth.reports import export
 from meshlab_specsmooth.runtime.bars import begin
 from meshlab_specsmooth.runtime.progress import Progress, subrange
 

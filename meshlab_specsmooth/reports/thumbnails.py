@@ -38,7 +38,7 @@ def draw(pictured: Pictured) -> str:
     Examples
     --------
     >>> import numpy as np
-    >>> from meshlab_specsmooth.report.thumbnails import draw
+    >>> from meshlab_specsmooth.reports.thumbnails import draw
     >>> V, F = np.eye(3), np.array([[0, 1, 2]], dtype=np.int32)
     >>> draw((V, V, F)).startswith("<img ")
     True

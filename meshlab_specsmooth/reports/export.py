@@ -16,8 +16,8 @@ from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.comparison.comparison import Comparison
 from meshlab_specsmooth.errors import InvalidParameter, MissingExtra
 from meshlab_specsmooth.meshlab import projects
-from meshlab_specsmooth.report.page import make_page
-from meshlab_specsmooth.report.scene import (
+from meshlab_specsmooth.reports.page import make_page
+from meshlab_specsmooth.reports.scene import (
     GIVEN,
     MAX_DRAWN,
     TRUTH,

@@ -16,7 +16,7 @@ from meshlab_specsmooth.comparison.columns import MEASURES, format_estimate, for
 from meshlab_specsmooth.comparison.comparison import Comparison
 from meshlab_specsmooth.comparison.rows import Point, Row
 from meshlab_specsmooth.errors import MissingExtra
-from meshlab_specsmooth.report.scene import row_colors
+from meshlab_specsmooth.reports.scene import row_colors
 
 _STYLE = {
     "svg.fonttype": "none",
@@ -57,7 +57,7 @@ def round_length(most: float) -> float:
 
     Examples
     --------
-    >>> from meshlab_specsmooth.report.plots import round_length
+    >>> from meshlab_specsmooth.reports.plots import round_length
     >>> round_length(0.7), round_length(31.0), round_length(0.2)
     (0.5, 20.0, 0.2)
     """
