@@ -68,10 +68,13 @@ from meshlab_specsmooth.smoothing.api import choose as choose
 from meshlab_specsmooth.smoothing.api import enhance as enhance
 from meshlab_specsmooth.smoothing.api import low_pass as low_pass
 from meshlab_specsmooth.smoothing.api import smooth as smooth
+from meshlab_specsmooth.smoothing.api import smooth_labels as smooth_labels
 from meshlab_specsmooth.smoothing.boundary import BoundaryResult as BoundaryResult
 from meshlab_specsmooth.smoothing.boundary import smooth_boundary as smooth_boundary
 from meshlab_specsmooth.smoothing.choice import Choice as Choice
 from meshlab_specsmooth.smoothing.choice import ConsideredSetting as ConsideredSetting
+from meshlab_specsmooth.smoothing.labels import LabelResult as LabelResult
+from meshlab_specsmooth.smoothing.labels import LabelVolume as LabelVolume
 from meshlab_specsmooth.smoothing.result import SmoothingResult as SmoothingResult
 from meshlab_specsmooth.smoothing.settings import Enhancement as Enhancement
 from meshlab_specsmooth.smoothing.settings import LowPass as LowPass

@@ -868,6 +868,7 @@ OTHERS: "dict[str, tuple[str, ...]]" = {
         "edge_aware.settings.*",
         "operators.boundary.BLENDING_RINGS",
         "smoothing.boundary.*",
+        "smoothing.labels.BACKGROUND",
         "operators.curves.*",
         "power_spectrum.*",
         "comparison.*",

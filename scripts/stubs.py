@@ -34,12 +34,14 @@ NAMES = {
     **dict.fromkeys(("Smoothing", "LowPass", "Enhancement", "Region"), "smoothing.settings"),
     "SmoothingResult": "smoothing.result",
     "Choice": "smoothing.choice",
+    "LabelResult": "smoothing.labels",
     **dict.fromkeys(("Denoising", "EdgeAware", "EdgeAwareRegion"), "edge_aware.settings"),
     "EdgeAwareResult": "edge_aware.result",
 }
 
 # Of keywords that are not fields of a setting.
 ANNOTATIONS = {
+    "labels": "npt.ArrayLike | str | None",
     "laplacian": "LaplacianKind",
     "weld": "bool",
     "start": "SmoothingResult | None",

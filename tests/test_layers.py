@@ -46,6 +46,7 @@ HOME = {
     "jinja2": ("reports",),
     "polyscope": ("reports",),
     "tqdm": ("runtime",),
+    "plyfile": ("adapters",),
     "numba": ("graph",),
 }
 

@@ -13,6 +13,7 @@ from meshlab_specsmooth.smoothing import automatic
 from meshlab_specsmooth.smoothing.calls import take_setting
 from meshlab_specsmooth.smoothing.choice import Choice
 from meshlab_specsmooth.smoothing.filter import enhance_by_setting, low_pass_by_setting
+from meshlab_specsmooth.smoothing.labels import smooth_surfaces
 from meshlab_specsmooth.smoothing.limit import limit_displacement
 from meshlab_specsmooth.smoothing.settings import Enhancement, LowPass, Region, Smoothing
 
@@ -175,6 +176,63 @@ def low_pass(mesh, faces, setting, region, *, laplacian="uniform", weld=True, pr
     result = limit_displacement(result, region, ops)
     finish(progress)
     return replace(result, source=ops.source, seconds=time.perf_counter() - began)
+
+
+@accept_meshes
+@take_setting(Smoothing, Region, ("max_displacement",))
+def smooth_labels(mesh, faces, setting, region, *, labels=None, laplacian="uniform", progress=None):
+    """Smooth the surfaces of several labels at once: tissues, grains, materials.
+
+    The surfaces are one mesh with labels of its faces, or several meshes whose vertices coincide where they touch.
+    Vertices at one place move as one, so that neither gaps nor overlaps appear. Where more than two surfaces meet, or
+    the labels change, runs a border: it is smoothed along itself, as a boundary is with ``boundary="curve"``, and the
+    surfaces between borders are smoothed as by :func:`meshlab_specsmooth.smooth`. An open boundary stays.
+
+    Parameters
+    ----------
+    mesh : (n, 3) real array, a mesh of any kind, or a list of meshes
+        See :func:`meshlab_specsmooth.smooth`. The meshes of a list have the labels 0, 1, ...
+    faces : (m, 3) integer array, optional
+    setting : Smoothing, optional
+        All parameters of the filter as a value, in place of the keywords up to ``mode_count``.
+    {parameters}
+    region : Region, optional
+        ``max_displacement`` as a value.
+    labels : (m,) or (m, 2) integer array, or str
+        One label of each face; a face between two bodies is there twice then, once for either. Or two labels of each
+        face: of the body behind it, against its normal, and of that in front of it, 0 for none. Or the name of a face
+        property: of a PLY file (extra ``labels``), of ``cell_data`` or ``face_attributes`` of a mesh object, or of a
+        custom attribute of pymeshlab. Needed unless the mesh is a list.
+    laplacian, progress
+        As for :func:`meshlab_specsmooth.smooth`; so are the errors.
+
+    Returns
+    -------
+    LabelResult
+        ``mesh`` or ``meshes``, the volumes of all labels, and the number of vertices that are shared.
+
+    Examples
+    --------
+    Two boxes of voxels that touch, as quads between voxels of different labels:
+
+    >>> import numpy as np
+    >>> import meshlab_specsmooth as mss
+    >>> from meshlab_specsmooth.adapters.polygons import triangulate
+    >>> voxels = np.zeros((12, 12, 22), dtype=int)
+    >>> voxels[1:-1, 1:-1, 1:11], voxels[1:-1, 1:-1, 11:-1] = 1, 2
+    >>> corners, pairs = [], []
+    >>> for axis, square in enumerate(([1, 2], [2, 0], [0, 1])):
+    ...     back, front = np.delete(voxels, -1, axis), np.delete(voxels, 0, axis)
+    ...     at = np.argwhere(back != front) + np.eye(3, dtype=int)[axis]
+    ...     u, v = np.eye(3, dtype=int)[square]
+    ...     corners.append(np.stack([at, at + u, at + u + v, at + v], axis=1))
+    ...     pairs.append(np.stack([back[back != front], front[back != front]], axis=1))
+    >>> V, quads = np.unique(np.concatenate(corners).reshape(-1, 3), axis=0, return_inverse=True)
+    >>> result = mss.smooth_labels(V, quads.reshape(-1, 4), labels=np.concatenate(pairs), barycenter_weight=0.3)
+    >>> [(each.label, round(each.before, 6)) for each in result.labels], result.shared == result.still_shared
+    ([(1, 1000.0), (2, 1000.0)], True)
+    """
+    return smooth_surfaces(mesh, faces, setting, region, labels, laplacian, progress)
 
 
 @accept_meshes

@@ -8,6 +8,7 @@ from meshlab_specsmooth.choices import AnyResponseName, Boundary, LaplacianKind,
 from meshlab_specsmooth.runtime.progress import Progress
 from meshlab_specsmooth.runtime.workspace import Workspace
 from meshlab_specsmooth.smoothing.choice import Choice
+from meshlab_specsmooth.smoothing.labels import LabelResult
 from meshlab_specsmooth.smoothing.result import SmoothingResult
 from meshlab_specsmooth.smoothing.settings import Enhancement, LowPass, Region, Smoothing
 from meshlab_specsmooth.spectral.low_pass import CutoffResponse
@@ -308,6 +309,113 @@ def low_pass(
     array([[1., 1., 0.],
            [1., 1., 0.],
            [1., 1., 0.]])
+    """
+
+def smooth_labels(
+    mesh: Mesh,
+    faces: npt.ArrayLike | None = None,
+    setting: Smoothing | None = None,
+    *,
+    modes: int | None = None,
+    wavelength: float | None = None,
+    response: AnyResponseName | CutoffResponse | Response | Family = "auto",
+    barycenter_weight: float | Floats | None = None,
+    spacing: float | tuple[float, float, float] | None = None,
+    iterations: int = 1,
+    method: Method = "auto",
+    mode_count: ModeCount = "estimate",
+    tolerance: float = 0.003,
+    max_displacement: float | str | None = None,
+    region: Region | None = None,
+    labels: npt.ArrayLike | str | None = None,
+    laplacian: LaplacianKind = "uniform",
+    progress: Progress | None = None,
+) -> LabelResult:
+    """Smooth the surfaces of several labels at once: tissues, grains, materials.
+
+    The surfaces are one mesh with labels of its faces, or several meshes whose vertices coincide where they touch.
+    Vertices at one place move as one, so that neither gaps nor overlaps appear. Where more than two surfaces meet, or
+    the labels change, runs a border: it is smoothed along itself, as a boundary is with ``boundary="curve"``, and the
+    surfaces between borders are smoothed as by :func:`meshlab_specsmooth.smooth`. An open boundary stays.
+
+    Parameters
+    ----------
+    mesh : (n, 3) real array, a mesh of any kind, or a list of meshes
+        See :func:`meshlab_specsmooth.smooth`. The meshes of a list have the labels 0, 1, ...
+    faces : (m, 3) integer array, optional
+    setting : Smoothing, optional
+        All parameters of the filter as a value, in place of the keywords up to ``mode_count``.
+    modes : int, optional
+        Number of modes kept, lowest first (the paper's f_a).
+    wavelength : float, optional
+        Shortest surface wave kept, in mesh units. Without this and ``modes``: 20 mean edge lengths.
+    response : {"auto", "ideal", "butterworth", "gaussian", "heat"}, Response, or callable
+        Shape of the low-pass: a name, a function from a cut-off eigenvalue to a
+        :class:`meshlab_specsmooth.Response`, or a response with a cut-off of its own. ``"auto"`` is ideal where
+        ``modes`` or ``wavelength`` is given, as in the paper. Otherwise it is heat, or, where the weight is chosen on a
+        mesh of at most 100 000 vertices, heat or ideal by estimated error.
+    barycenter_weight : float or (n,) array, optional
+        w from 1.5e-8 to 6.7e7, dimensionless: how firmly the barycenters are held. It is the strength of the filter,
+        more than the cut-off is: 1 is the paper, 0.3 suits noise of 0.2 edge lengths. An array holds the weight at each
+        vertex, for noise that differs over the surface. If not given, the noise is estimated
+        (:func:`meshlab_specsmooth.estimate_noise`), impulses are clipped, and the weight of least estimated error is
+        used; ``result.noise`` is the estimate. Single stray vertices are put back first. Components of different scale
+        or noise are smoothed one by one. Where noise and shape cannot be separated, nothing is moved, and where the
+        shape would change by more than the noise explains, a weaker result or the input is returned; ``result.warning``
+        says so.
+    spacing : float or (3,) floats, optional
+        Sides of the voxels, in mesh units and along x, y and z, where the surface was made from a binary mask: the
+        weight is then the smallest with which nearly all vertices stay within about half a voxel of where they were.
+        Recognized if not given, where the mesh is unchanged but for its position, orientation and scale.
+    iterations : int
+        How often the three steps are applied, each time to the last result; at most 1000.
+    method : {"auto", "exact", "chebyshev"}
+        How h(L) is applied: with eigenvectors, or with a polynomial; ``"auto"`` is exact up to 1000 vertices.
+    mode_count : {"estimate", "exact"}
+        How ``modes`` becomes a cut-off: from the density of modes, with the error that the result states, or by a few
+        sparse factorizations; up to 1000 vertices it is always exact.
+    tolerance : float
+        Relative error of the displacement at which polynomials are cut off and the least squares end, from 1e-10 to
+        0.1. The default, 0.003, does not show: noise of 0.2 edges is moved by at most 0.0006 edges differently.
+    max_displacement : float or str, optional
+        Limit of the distance that a vertex may move, as a length in mesh units or as a percentage of the bounding-box
+        diagonal, ``"0.1%"``. Vertices around those that reach it follow, so that no kinks appear; ``result.limited``
+        is the number that reach it. No limit if not given.
+    region : Region, optional
+        ``max_displacement`` as a value.
+    labels : (m,) or (m, 2) integer array, or str
+        One label of each face; a face between two bodies is there twice then, once for either. Or two labels of each
+        face: of the body behind it, against its normal, and of that in front of it, 0 for none. Or the name of a face
+        property: of a PLY file (extra ``labels``), of ``cell_data`` or ``face_attributes`` of a mesh object, or of a
+        custom attribute of pymeshlab. Needed unless the mesh is a list.
+    laplacian, progress
+        As for :func:`meshlab_specsmooth.smooth`; so are the errors.
+
+    Returns
+    -------
+    LabelResult
+        ``mesh`` or ``meshes``, the volumes of all labels, and the number of vertices that are shared.
+
+    Examples
+    --------
+    Two boxes of voxels that touch, as quads between voxels of different labels:
+
+    >>> import numpy as np
+    >>> import meshlab_specsmooth as mss
+    >>> from meshlab_specsmooth.adapters.polygons import triangulate
+    >>> voxels = np.zeros((12, 12, 22), dtype=int)
+    >>> voxels[1:-1, 1:-1, 1:11], voxels[1:-1, 1:-1, 11:-1] = 1, 2
+    >>> corners, pairs = [], []
+    >>> for axis, square in enumerate(([1, 2], [2, 0], [0, 1])):
+    ...     back, front = np.delete(voxels, -1, axis), np.delete(voxels, 0, axis)
+    ...     at = np.argwhere(back != front) + np.eye(3, dtype=int)[axis]
+    ...     u, v = np.eye(3, dtype=int)[square]
+    ...     corners.append(np.stack([at, at + u, at + u + v, at + v], axis=1))
+    ...     pairs.append(np.stack([back[back != front], front[back != front]], axis=1))
+    >>> V, quads = np.unique(np.concatenate(corners).reshape(-1, 3), axis=0, return_inverse=True)
+    >>> result = mss.smooth_labels(V, quads.reshape(-1, 4), labels=np.concatenate(pairs), barycenter_weight=0.3)
+    >>> [(each.label, round(each.before, 6)) for each in result.labels], result.shared == result.still_shared
+    ([(1, 1000.0), (2, 1000.0)], True)
     """
 
 def enhance(
