@@ -24,6 +24,11 @@ if sys.platform == "linux" and "DISPLAY" not in os.environ:
     os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
 
 
+# run by the site, which is built before the tests
+collect_ignore = ["docs/conf.py"]
+collect_ignore_glob = ["docs/gallery/*"]
+
+
 def run_console(example: Example) -> str | None:
     """Run a console block; what went wrong, or None."""
     before, *commands = f"\n{example.parsed}".split("\n$ ")

@@ -53,6 +53,14 @@ def _take_parameters_of(function: Callable[..., Any]) -> Callable[[F], F]:
     return decorate
 
 
+def _store_setting(result: FilterResult) -> str:
+    """The setting as JSON; empty where there is none, or where a response of one's own is no data."""
+    setting = getattr(result, "setting", None)
+    if setting is None or not setting.is_data:
+        return ""
+    return json.dumps(setting.to_dict())
+
+
 @pv.register_dataset_accessor("specsmooth", pv.PolyData)
 class SpecsmoothAccessor:
     """Smooth and denoise a :class:`pyvista.PolyData`, measure its noise, and compare filters on it.
@@ -288,11 +296,10 @@ class SpecsmoothAccessor:
         change = result.vertices - np.asarray(self._mesh.points, dtype=np.float64)
         along: Floats = np.einsum("ij,ij->i", np.nan_to_num(change), vertex_normals(source.surface()))
         mesh.point_data.set_array(along, DISPLACEMENT)  # an item that is set would become the active scalars
-        setting = getattr(result, "setting", None)
         texts = {
             "summary": result.summary,
             "warning": result.warning or "",
-            "setting": "" if setting is None else json.dumps(setting.to_dict()),
+            "setting": _store_setting(result),
         }
         for name, text in texts.items():
             mesh.field_data[f"specsmooth_{name}"] = [text]

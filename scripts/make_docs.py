@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Write the documents that are made from the code and the descriptors.
 
-docs/filters.md (every filter and parameter), docs/reference.md (the public names), docs/architecture.md with its
+docs/filters.md (every filter and parameter), docs/architecture.md with its
 drawing, and the type stubs of the filters and of the functions that take settings.
 
 python3 scripts/make_docs.py
@@ -15,7 +15,6 @@ import bootstrap
 
 bootstrap.enter("demo")
 
-import reference  # noqa: E402
 import stubs  # noqa: E402
 
 from meshlab_specsmooth.meshlab import descriptors  # noqa: E402
@@ -118,7 +117,6 @@ def documents() -> dict[Path, str]:
     docs = bootstrap.ROOT / "docs"
     return {
         docs / "filters.md": page(),
-        docs / "reference.md": reference.page(),
         docs / "architecture.md": architecture.page(),
         docs / "architecture.svg": architecture.drawing(),
         bootstrap.ROOT / "meshlab_specsmooth" / "meshlab" / "signatures.pyi": stub(),

@@ -18,6 +18,7 @@ CHECKS = {
     "lint": ["ruff", "check", "."],
     "format": ["ruff", "format", "--check", "."],
     "types": ["mypy"],
+    "site": ["scripts/make_site.py", "--fresh"],
     # one process a processor; those that run dry take over from the others
     "tests": ["pytest", "-n", "auto", "--dist", "worksteal", "--cov", "--cov-report=term-missing"],
     "first hour": ["scripts/first_hour.py"],

@@ -85,6 +85,11 @@ def test_parameters_are_shown_and_checked(mesh):
         mesh.specsmooth.smooth(baricenter_weight=1)
 
 
+def test_a_response_of_one_s_own_is_no_data_and_stored_as_nothing(mesh):
+    own = mesh.specsmooth.low_pass(response=lambda cutoff: mss.Response("own", np.exp, np.exp), wavelength=0.5)
+    assert own.field_data["specsmooth_setting"][0] == ""
+
+
 def test_a_mesh_without_faces_is_refused():
     with pytest.raises(mss.InvalidSurface):
         pv.PolyData(np.eye(3)).specsmooth.denoise()

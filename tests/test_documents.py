@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+import meshlab_specsmooth as mss
+
 ROOT = Path(__file__).parent.parent
 
 
@@ -16,6 +18,12 @@ def test_generated_files_are_up_to_date(monkeypatch):
     monkeypatch.setattr(bootstrap, "enter", lambda extra: None)  # it would start this very process anew
     for file, made in importlib.import_module("make_docs").documents().items():
         assert file.read_text(encoding="utf-8") == made, f"{file.name}: run scripts/make_docs.py"
+
+
+def test_the_api_pages_have_every_public_name():
+    text = (ROOT / "docs/api.rst").read_text(encoding="utf-8")
+    listed = {line.strip() for line in text.splitlines() if line.startswith("   ") and ":" not in line}
+    assert listed - {"accessor.SpecsmoothAccessor"} == {*mss.__all__} - {"__version__"}
 
 
 @pytest.mark.no_cover

@@ -98,6 +98,11 @@ class Setting:
                 stored[each.name] = _to_data(each.name, value)
         return stored
 
+    @property
+    def is_data(self) -> bool:
+        """Whether :meth:`to_dict` can store it: no response is a function of your own."""
+        return not any(_is_code(getattr(self, each.name)) for each in fields(self))
+
     @classmethod
     def from_dict(cls: type[S], stored: dict[str, Any]) -> S:
         """The setting that :meth:`to_dict` stored; raises :class:`InvalidParameter`."""
@@ -372,6 +377,13 @@ def _hashable(value: object) -> object:
     return value
 
 
+def _is_code(value: object) -> bool:
+    """Whether a value is a function or a response of one's own."""
+    if type(value) in LOW_PASSES.values():
+        return False
+    return callable(value) or isinstance(value, CutoffResponse | Response)
+
+
 def _to_data(name: str, value: object) -> Any:
     if isinstance(value, CutoffResponse):
         for response, kind in LOW_PASSES.items():
@@ -380,7 +392,7 @@ def _to_data(name: str, value: object) -> Any:
                 return {"response": response} | {k: v for k, v in cutoffs.items() if v is not None}
     if isinstance(value, np.ndarray | list | tuple):
         return np.asarray(value).tolist()
-    if callable(value) or isinstance(value, CutoffResponse | Response):
+    if _is_code(value):
         raise InvalidParameter(f"{name} is a function of your own, which is not data; store what it is made from")
     return value
 
