@@ -1,5 +1,6 @@
 """Settings of the documentation site; ``python3 scripts/make_site.py`` builds it."""
 
+import logging
 import os
 import sys
 
@@ -42,6 +43,9 @@ pyvista.global_theme.font.color = "black"
 pyvista.global_theme.color = "#d8c9a8"
 pyvista.global_theme.window_size = [900, 440]
 pyvista.global_theme.transparent_background = False
+
+# no page is affected by a blank in the path of the clone
+logging.getLogger("sphinx.sphinx-gallery").addFilter(lambda record: "with spaces found" not in record.getMessage())
 
 
 class OpenPlotters(pyvista.Scraper):
