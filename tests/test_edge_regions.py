@@ -305,7 +305,9 @@ def test_a_left_over_selection_is_reported_in_one_line(name):
         assert filters.FILTERS[name](ms, selected=True)["warning"].count("nothing is selected") == 1
 
 
-@pytest.mark.parametrize("name", [n for n in MOVERS if "low_pass" not in n and "enhancement" not in n])
+@pytest.mark.parametrize(
+    "name", [n for n in MOVERS if not any(w in n for w in ("low_pass", "enhancement", "boundary"))]
+)
 def test_features_everywhere_are_reported(name):
     ms = meshset.new(*rough(sheet(8, 6)))
     ms.set_selection_all()

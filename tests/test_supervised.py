@@ -134,7 +134,7 @@ WAITS = """
     ("name", "code"), [("SIGINT", 1), ("SIGTERM", 128 + signal.SIGTERM), ("SIGKILL", -signal.SIGKILL)]
 )
 def test_a_signal_ends_both_processes(folder, name, code):
-    process = start(folder, WAITS, "written", "smooth", "scan.ply", "out.ply")
+    process = start(folder, WAITS, "written", "smooth", "scan.ply", "out.ply", "--barycenter-weight", "1000")
     until(lambda: (folder / "copy").is_file() and (folder / "copy").read_text(), process)
     copy = int((folder / "copy").read_text())
     assert copy != process.pid
