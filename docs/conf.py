@@ -74,10 +74,11 @@ sphinx_gallery_conf = {
     "reset_argv": lambda *_: [],
 }
 
-# the notebook is executed; its widgets are text here
+# the notebook is executed; its bars, which are drawn over each other in a notebook, are left out here
 nb_execution_mode = "cache"
 nb_execution_raise_on_error = True
 nb_execution_timeout = 120
+nb_output_stderr = "remove"
 myst_enable_extensions = ["colon_fence"]
 myst_heading_anchors = 3
 suppress_warnings = ["config.cache", "mystnb.unknown_mime_type"]

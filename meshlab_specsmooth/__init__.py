@@ -51,6 +51,7 @@ _NAMES = {
     ),
     "noise.model": "Noise",
     "operators.assemble": "Operators assemble",
+    "pieces.whole": "PiecesResult smooth_pieces",
     "power_spectrum": "Spectrum spectrum",
     "reports.compared": "compare",
     "reports.deviation_report": "draw_deviation write_deviation",

@@ -764,6 +764,7 @@ OTHERS: "dict[str, tuple[str, ...]]" = {
         "meshlab.xmltree.*",
         "meshlab.descriptors.*",
         "meshlab.mesh_files.*",
+        "pieces.ply.*",
         "isolation.*",
         "cli.DONE",
         "cli.FAILED",
@@ -860,6 +861,10 @@ OTHERS: "dict[str, tuple[str, ...]]" = {
         "edge_aware.search._COUNTS",
         "edge_aware.search._MORE",
         "smoothing.limit._MAX_ITERATIONS",
+        "pieces.cut.*",
+        "pieces.piece.*",
+        "pieces.weld.*",
+        "pieces.whole.*",
         "smoothing.limit._POWER_STEPS",
     ),
     "what is done by definition": (
@@ -889,6 +894,7 @@ OTHERS: "dict[str, tuple[str, ...]]" = {
         "edge_aware.filter._RTOL_CUT",
         "risk.choose_weight._MIN_LEVEL",
         "smoothing.limit._TOLERANCE",
+        "pieces.margin.*",
         "smoothing.limit._MARGIN",
     ),
     "grid or fallback of a search that is measured elsewhere": (

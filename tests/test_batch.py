@@ -143,7 +143,7 @@ def test_a_damaged_mesh_is_a_line_and_an_exit_code(tmp_path, capsys):
 @posix
 @pytest.mark.no_cover
 def test_a_mesh_that_takes_its_process_down_costs_no_other(tmp_path, monkeypatch):
-    monkeypatch.setattr(local, "command", lambda: (sys.executable, "-c", DYING))
+    monkeypatch.setattr(local, "command", lambda *_: (sys.executable, "-c", DYING))
     inputs = scans(tmp_path / "in", 3)
     for name in ("killed", "exits", "garbles", "damaged"):
         shutil.copy(inputs / "scan0.ply", inputs / f"{name}.ply")
@@ -324,7 +324,7 @@ def greedy(job):
     return work.run(job)
 worker.serve(greedy)
 """
-    monkeypatch.setattr(local, "command", lambda: (sys.executable, "-c", code))
+    monkeypatch.setattr(local, "command", lambda *_: (sys.executable, "-c", code))
     monkeypatch.setattr(local.memory, "available", lambda: 2**30)
     assert [outcome.reason for outcome in batch(inputs, tmp_path / "out").outcomes] == ["memory ran out"]
 
@@ -450,7 +450,7 @@ run_there = cluster.run_there
 def run_or_die(job, size, time_limit):
     if "worker" in job.source:
         os._exit(1)
-    local.command = lambda: (sys.executable, "-c", {DYING!r})
+    local.command = lambda *_: (sys.executable, "-c", {DYING!r})
     return run_there(job, size, time_limit)
 """
 

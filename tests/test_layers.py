@@ -35,6 +35,7 @@ ROOMS = [
     {"reports"},
     {"accessor"},
     {"batching"},
+    {"pieces"},
     {"cli"},
     {"__init__", "__main__"},
 ]

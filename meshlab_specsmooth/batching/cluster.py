@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from typing import Any
 
 from meshlab_specsmooth.batching.local import MeshWorker, bytes_allowed, check_time_limit
 from meshlab_specsmooth.batching.record import CRASHED, FAILED, Outcome
-from meshlab_specsmooth.batching.work import Job, failure
+from meshlab_specsmooth.batching.work import failure
+from meshlab_specsmooth.batching.worker import serve
 from meshlab_specsmooth.errors import ClusterError, MissingExtra
 from meshlab_specsmooth.runtime import memory
 
@@ -17,7 +18,9 @@ from meshlab_specsmooth.runtime import memory
 _CONNECT_SECONDS = 10.0
 
 
-def outcomes(jobs: Sequence[tuple[Job, int]], scheduler: str, time_limit: float) -> Generator[Outcome]:
+def outcomes(
+    jobs: Sequence[tuple[Any, int]], scheduler: str, time_limit: float, serves: Callable[[], None] = serve
+) -> Generator[Outcome]:
     """Do jobs on a cluster, given with the sizes of their files, the largest first; yields outcomes as they come.
 
     The package must be installed on the workers, and the files must have the same names there. Each job runs in a
@@ -44,7 +47,7 @@ def outcomes(jobs: Sequence[tuple[Job, int]], scheduler: str, time_limit: float)
         asyncio.run(_connected(scheduler))
     except Exception as error:  # of any type: Dask's protocols check addresses, certificates, sockets
         raise ClusterError(f"{scheduler}: there is no Dask scheduler ({_in_a_line(error)})") from error
-    return _outcomes(scheduler, sorted(jobs, key=lambda pair: -pair[1]), time_limit)
+    return _outcomes(scheduler, sorted(jobs, key=lambda pair: -pair[1]), time_limit, serves)
 
 
 async def _connected(scheduler: str) -> None:
@@ -68,16 +71,18 @@ def _in_a_line(error: Exception) -> str:
     return " ".join(str(error).split()) or type(error).__name__
 
 
-def run_there(job: Job, size: int, time_limit: float) -> Outcome:
+def run_there(job: Any, size: int, time_limit: float, serves: Callable[[], None]) -> Outcome:
     """Do a job on a worker of the cluster, in a separate process."""
     from distributed import get_worker
 
     share = memory.available() // get_worker().state.nthreads
-    with MeshWorker() as worker:
+    with MeshWorker(serves) as worker:
         return worker.do(job, bytes_allowed(job.source, size, share), time_limit)
 
 
-def _outcomes(scheduler: str, jobs: Sequence[tuple[Job, int]], time_limit: float) -> Generator[Outcome]:
+def _outcomes(
+    scheduler: str, jobs: Sequence[tuple[Any, int]], time_limit: float, serves: Callable[[], None]
+) -> Generator[Outcome]:
     import distributed
     from distributed.utils import silence_logging_cmgr
 
@@ -86,24 +91,24 @@ def _outcomes(scheduler: str, jobs: Sequence[tuple[Job, int]], time_limit: float
         silence_logging_cmgr(logging.CRITICAL, root="distributed"),
         distributed.Client(scheduler, set_as_default=False) as client,
     ):
-        suspects: list[tuple[Job, int]] = []
-        for given, outcome in _done(client, jobs, time_limit):
+        suspects: list[tuple[Any, int]] = []
+        for given, outcome in _done(client, jobs, time_limit, serves):
             if outcome is None:
                 suspects.append(given)
             else:
                 yield outcome
         for suspect in suspects:
-            for (job, _), outcome in _done(client, [suspect], time_limit):
+            for (job, _), outcome in _done(client, [suspect], time_limit, serves):
                 yield outcome or failure(job, CRASHED, "every Dask worker that ran it died")
 
 
 def _done(
-    client: Any, jobs: Sequence[tuple[Job, int]], time_limit: float
-) -> Iterator[tuple[tuple[Job, int], Outcome | None]]:
+    client: Any, jobs: Sequence[tuple[Any, int]], time_limit: float, serves: Callable[[], None]
+) -> Iterator[tuple[tuple[Any, int], Outcome | None]]:
     """Yield jobs with their outcomes; None where too many workers died during a job."""
     from distributed import KilledWorker, as_completed
 
-    owners = {client.submit(run_there, *job, time_limit, pure=False): job for job in jobs}
+    owners = {client.submit(run_there, *job, time_limit, serves, pure=False): job for job in jobs}
     try:
         for future in as_completed(list(owners), loop=client.loop):
             given = owners[future]

@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 import queue
 import sys
-from collections.abc import Generator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 from meshlab_specsmooth.batching.record import CRASHED, Outcome
-from meshlab_specsmooth.batching.work import Job, failure
+from meshlab_specsmooth.batching.work import failure
 from meshlab_specsmooth.batching.worker import serve
 from meshlab_specsmooth.isolation import processes
 from meshlab_specsmooth.isolation.worker import Worker, WorkerFailed
@@ -21,10 +22,10 @@ from meshlab_specsmooth.runtime.interrupts import DeferInterrupts
 
 # Bytes of memory per byte of the file, at the peak: a binary PLY has 38 bytes per vertex and its two faces, for which
 # pymeshlab takes about 500 and smoothing 800 more. Compressed files are ten times smaller.
-_FACTOR, _COMPRESSED_FACTOR = 40, 400
+FACTOR, _COMPRESSED_FACTOR = 40, 400
 _COMPRESSED = frozenset((".ctm", ".3mf"))
 # of a process before it reads a mesh, and for the smallest mesh
-_BASE = 400 * 2**20
+BASE = 400 * 2**20
 # factor by which a mesh may exceed the estimate, if the share of its process in the memory allows it
 _HEADROOM = 4
 # the rounding of a BLAS may depend on its number of threads, which is 1 on a Dask worker too
@@ -33,9 +34,9 @@ _ONE_BLAS_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MK
 _GRACE = 5.0
 
 
-def command() -> tuple[str, ...]:
+def command(serves: Callable[[], None] = serve) -> tuple[str, ...]:
     """Return the command that starts a worker."""
-    return processes.command(serve)
+    return processes.command(serves)
 
 
 def bytes_needed(path: str, size: int) -> int:
@@ -47,7 +48,7 @@ def bytes_needed(path: str, size: int) -> int:
     >>> bytes_needed("a.ctm", 10**6) > bytes_needed("a.ply", 10**6) > 40 * 10**6
     True
     """
-    return _BASE + size * (_COMPRESSED_FACTOR if Path(path).suffix.lower() in _COMPRESSED else _FACTOR)
+    return BASE + size * (_COMPRESSED_FACTOR if Path(path).suffix.lower() in _COMPRESSED else FACTOR)
 
 
 def bytes_allowed(path: str, size: int, share: int) -> int:
@@ -68,7 +69,13 @@ def check_time_limit(time_limit: float) -> float:
     return check_number("time_limit", time_limit, sys.float_info.min, math.inf, "a positive number of seconds")
 
 
-def outcomes(jobs: Sequence[tuple[Job, int]], workers: int | None, time_limit: float) -> Generator[Outcome]:
+def outcomes(
+    jobs: Sequence[tuple[Any, int]],
+    workers: int | None,
+    time_limit: float,
+    serves: Callable[[], None] = serve,
+    budget: int | None = None,
+) -> Generator[Outcome]:
     """Do jobs, the largest first; yields their outcomes as they come.
 
     A mesh that crashes its process is an outcome too; the next one has a new process. A mesh that is estimated to take
@@ -83,6 +90,10 @@ def outcomes(jobs: Sequence[tuple[Job, int]], workers: int | None, time_limit: f
         Maximum number of processes; the number of processors by default.
     time_limit : float
         Seconds after which the process of a mesh is killed: reading or writing some files never ends.
+    serves : callable
+        What a process does: :func:`meshlab_specsmooth.batching.worker.serve`, for jobs of some kind.
+    budget : int, optional
+        Bytes of memory for all processes; by default what is free.
 
     Raises
     ------
@@ -90,20 +101,22 @@ def outcomes(jobs: Sequence[tuple[Job, int]], workers: int | None, time_limit: f
         Before anything is done: ``workers`` is less than 1, or ``time_limit`` is not positive.
     """
     count = blocks.threads() if workers is None else check_count("workers", workers, 1, MAX_WORKERS)
-    return _outcomes(jobs, min(count, len(jobs)), check_time_limit(time_limit))
+    return _outcomes(jobs, min(count, len(jobs)), check_time_limit(time_limit), serves, budget)
 
 
-def _outcomes(jobs: Sequence[tuple[Job, int]], count: int, time_limit: float) -> Generator[Outcome]:
+def _outcomes(
+    jobs: Sequence[tuple[Any, int]], count: int, time_limit: float, serves: Callable[[], None], limit: int | None
+) -> Generator[Outcome]:
     sized = ((bytes_needed(job.source, size), job, size) for job, size in jobs)
     waiting = sorted(sized, key=lambda entry: -entry[0])
-    budget = memory.available()
+    budget = memory.available() if limit is None else min(limit, memory.available())
     running: dict[Future[Outcome], int] = {}
     idle: queue.SimpleQueue[MeshWorker] = queue.SimpleQueue()
-    workers = [MeshWorker() for _ in range(count)]
+    workers = [MeshWorker(serves) for _ in range(count)]
     for worker in workers:
         idle.put(worker)
 
-    def do(job: Job, limit: int) -> Outcome:
+    def do(job: Any, limit: int) -> Outcome:
         worker = idle.get()
         try:
             return worker.do(job, limit, time_limit)
@@ -139,10 +152,10 @@ def _outcomes(jobs: Sequence[tuple[Job, int]], count: int, time_limit: float) ->
 class MeshWorker(Worker):
     """A process that does one job after the other."""
 
-    def __init__(self) -> None:
-        super().__init__(command(), _ONE_BLAS_THREAD, _GRACE)
+    def __init__(self, serves: Callable[[], None] = serve) -> None:
+        super().__init__(command(serves), _ONE_BLAS_THREAD, _GRACE)
 
-    def do(self, job: Job, limit: int, time_limit: float) -> Outcome:
+    def do(self, job: Any, limit: int, time_limit: float) -> Outcome:
         """Do a job with this many bytes of memory, within this many seconds."""
         try:
             return Outcome(**self.ask({"job": asdict(job), "bytes": limit}, time_limit))

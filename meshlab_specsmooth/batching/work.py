@@ -80,7 +80,7 @@ def warm_up() -> None:
     isolated_filter.run(*isolated_filter.make_sphere(), "apply_coord_spectral_smoothing", {})
 
 
-def failure(job: Job, status: str, reason: str) -> Outcome:
+def failure(job: Any, status: str, reason: str) -> Outcome:
     """Return the outcome of a job that failed; the reason is put on one line."""
     return Outcome(job.source, job.output, status, " ".join(reason.removeprefix(f"{job.source}: ").split()))
 

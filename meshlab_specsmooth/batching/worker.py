@@ -21,12 +21,14 @@ from meshlab_specsmooth.runtime import memory
 from meshlab_specsmooth.runtime.atomic import Staged
 
 
-def serve(work: Callable[[Job], Outcome] = run) -> None:
-    """Do the jobs of the process that started this one."""
-    worker.serve(lambda request: _do(work, Job(**request["job"]), request["bytes"]))
+def serve(
+    work: Callable[[Any], Outcome] = run, kind: Callable[..., Any] = Job, prepare: Callable[[], None] = warm_up
+) -> None:
+    """Do the jobs, of some kind, of the process that started this one."""
+    worker.serve(lambda request: _do(work, kind(**request["job"]), request["bytes"], prepare))
 
 
-def _do(work: Callable[[Job], Outcome], job: Job, limit: int) -> dict[str, Any]:
+def _do(work: Callable[[Any], Outcome], job: Any, limit: int, prepare: Callable[[], None] = warm_up) -> dict[str, Any]:
     """Return the outcome of a job with this many bytes of memory, done in a fork if possible."""
 
     def work_within_limit(written: list[Staged]) -> dict[str, Any]:
@@ -38,8 +40,7 @@ def _do(work: Callable[[Job], Outcome], job: Job, limit: int) -> dict[str, Any]:
 
     if not fork.can_fork():
         return work_within_limit([])
-    if work is run:
-        warm_up()
+    prepare()
     try:
         result = fork.run_in_fork(work_within_limit, {signal.SIGTERM}, [Path(job.output).parent])
     except FileError as error:

@@ -143,7 +143,7 @@ def _run_in_fork(given: argparse.Namespace, file: str) -> int:
     places = _output_folders(given)
     for place in places:  # files of a process that was killed
         temporary.remove_stale(place)
-    is_staged = not getattr(given, "writes_at_once", False)
+    is_staged = not (getattr(given, "writes_at_once", False) or getattr(given, "pieces", False))
 
     def work(_: object) -> tuple[str, int]:
         fork.silence_native_output()
