@@ -26,9 +26,10 @@ from meshlab_specsmooth.cli import batch as command_line
 from meshlab_specsmooth.cli import main
 from meshlab_specsmooth.geometry.surface import signed_volume
 from meshlab_specsmooth.meshlab import mesh_files, meshset
+from meshlab_specsmooth.pieces import whole
 from meshlab_specsmooth.reports import contact_sheet
 from meshlab_specsmooth.runtime import backend, temporary
-from tests.meshes import rough, sheet, torus
+from tests.meshes import noisy, rough, sheet, torus
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 
@@ -447,11 +448,11 @@ FATAL = f"""
 import os, sys
 from meshlab_specsmooth.batching import cluster, local
 run_there = cluster.run_there
-def run_or_die(job, size, time_limit):
+def run_or_die(job, *rest):
     if "worker" in job.source:
         os._exit(1)
     local.command = lambda *_: (sys.executable, "-c", {DYING!r})
-    return run_there(job, size, time_limit)
+    return run_there(job, *rest)
 """
 
 
@@ -488,6 +489,20 @@ def test_a_cluster_gives_the_same_bits_though_a_worker_is_killed(tmp_path, four_
     assert batch(inputs, here, **LONG).counts == {"done": 4, "failed": 1}
     assert outputs(out) == outputs(here)
     assert batch(inputs, out, **LONG).counts == {"skipped": 4, "failed": 1}
+
+
+@posix
+@pytest.mark.no_cover
+def test_pieces_of_one_mesh_on_a_cluster_give_the_same_bytes(tmp_path, monkeypatch, four_workers):
+    address, *_ = four_workers
+    meshset.new(*noisy(torus(200, 128), 0.2)).save_current_mesh(str(tmp_path / "scan.ply"))
+    monkeypatch.setattr(whole, "_MIN_PIECE", 4000)
+    monkeypatch.setattr(whole, "_MAX_PIECE", 12_000)
+    given = {"barycenter_weight": 0.5, "memory_limit": "1G"}
+    there = mss.smooth_pieces(tmp_path / "scan.ply", tmp_path / "there.ply", scheduler=address, **given)
+    here = mss.smooth_pieces(tmp_path / "scan.ply", tmp_path / "here.ply", workers=2, **given)
+    assert there.pieces == here.pieces >= 3
+    assert (tmp_path / "there.ply").read_bytes() == (tmp_path / "here.ply").read_bytes()
 
 
 @posix
