@@ -22,7 +22,7 @@ from meshlab_specsmooth.batching.record import DONE, SKIPPED, Outcome
 from meshlab_specsmooth.choices import Boundary, LaplacianKind
 from meshlab_specsmooth.describe import Described, Rows, count_of, format_length
 from meshlab_specsmooth.errors import FileError, FilterFailed, InvalidParameter
-from meshlab_specsmooth.noise.model import Noise
+from meshlab_specsmooth.noise.model import IMPULSE, Noise
 from meshlab_specsmooth.operators.assemble import BYTES_PER_VERTEX
 from meshlab_specsmooth.operators.boundary import BLENDING_RINGS
 from meshlab_specsmooth.parameters import MAX_WORKERS, check_count, check_number, check_path, resolve_length, show
@@ -337,7 +337,8 @@ def _prepare(
     weight = chosen.barycenter_weight
     # where the noise varies each vertex has a weight; the pieces have one, the mean on a scale of factors
     one_weight = float(np.exp(np.mean(np.log(np.maximum(weight, 1e-12)))))
-    rings = find_margin(one_weight, chosen.cutoff, difference)
+    iterations = chosen.setting.iterations if isinstance(chosen.setting, Smoothing) else asked.iterations
+    rings = iterations * find_margin(one_weight, chosen.cutoff, difference)
     if region.boundary == "free":  # a mask holds the cut, and fades out
         rings += BLENDING_RINGS
     per_worker = (limit - _BASE) // workers - _BASE_OF_WORKER
@@ -348,7 +349,7 @@ def _prepare(
         name_of(chosen.response),
         chosen.cutoff,
         one_weight,
-        asked.iterations,
+        iterations,
         region.boundary,
         laplacian,
         weld,
@@ -492,6 +493,8 @@ def _summarize(
     warning = chosen.warning
     if np.ndim(chosen.barycenter_weight):
         warning = "; ".join(filter(None, [warning, "the noise varies, but the pieces have one weight"]))
+    if chosen.noise is not None and (chosen.noise.kind == IMPULSE or len(chosen.outliers)):
+        warning = "; ".join(filter(None, [warning, "vertices far off are smoothed with the rest, not put back first"]))
     return PiecesResult(
         output=str(target),
         vertices=file.vertex_count,
