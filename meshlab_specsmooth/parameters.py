@@ -137,7 +137,12 @@ def resolve_length(value: float | str, V: npt.NDArray[np.float64]) -> float:
         return value
     finite = V[np.isfinite(V).all(axis=1)]
     low, high = finite.min(axis=0, initial=np.inf), finite.max(axis=0, initial=-np.inf)
-    return float(value.removesuffix("%")) / 100 * (math.hypot(*(high - low)) if len(finite) else 0.0)
+    return resolve_extent(value, math.hypot(*(high - low)) if len(finite) else 0.0)
+
+
+def resolve_extent(value: float | str, diagonal: float) -> float:
+    """Return the same for a bounding box with this diagonal."""
+    return float(value.removesuffix("%")) / 100 * diagonal if isinstance(value, str) else value
 
 
 def check_barycenter_weight(value: object) -> float:

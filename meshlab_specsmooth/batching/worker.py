@@ -28,7 +28,7 @@ def serve(
     worker.serve(lambda request: _do(work, kind(**request["job"]), request["bytes"], prepare))
 
 
-def _do(work: Callable[[Any], Outcome], job: Any, limit: int, prepare: Callable[[], None] = warm_up) -> dict[str, Any]:
+def _do(work: Callable[[Any], Outcome], job: Any, limit: int, prepare: Callable[[], None]) -> dict[str, Any]:
     """Return the outcome of a job with this many bytes of memory, done in a fork if possible."""
 
     def work_within_limit(written: list[Staged]) -> dict[str, Any]:

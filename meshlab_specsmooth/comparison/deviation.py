@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass
 from typing import Any
@@ -18,6 +19,7 @@ from meshlab_specsmooth.errors import InvalidSurface
 from meshlab_specsmooth.geometry.surface import Surface, mean_edge_length
 from meshlab_specsmooth.geometry.triangles import compute_vertex_normals
 from meshlab_specsmooth.geometry.welding import find_copies
+from meshlab_specsmooth.operators.assemble import find_referenced_vertices
 from meshlab_specsmooth.parameters import check_extent, resolve_length
 from meshlab_specsmooth.smoothing.result import FilterResult
 
@@ -71,12 +73,10 @@ class Deviation(Described):
     largest_displacement: float | None = None
     largest_uncovered: float | None = None
 
-    @property
+    @functools.cached_property
     def is_used(self) -> Booleans:
         """(n,) whether a face refers to the vertex; all numbers are of these vertices."""
-        used = np.zeros(len(self.vertices), dtype=np.bool_)
-        used[self.faces] = True
-        return used
+        return find_referenced_vertices(self.faces, len(self.vertices))
 
     @property
     def count(self) -> int:
@@ -250,9 +250,9 @@ def deviation(
         tolerance = check_extent("tolerance", tolerance)
     reference = recognize(before, faces, "before").surface()
     moved = _surface_after(after, reference, faces)
-    length = None if tolerance is None else resolve_length(tolerance, reference.vertices[np.unique(reference.faces)])
-    is_used = np.zeros(len(moved.vertices), dtype=np.bool_)
-    is_used[moved.faces] = True
+    of_reference = reference.vertices[find_referenced_vertices(reference.faces, len(reference.vertices))]
+    length = None if tolerance is None else resolve_length(tolerance, of_reference)
+    is_used = find_referenced_vertices(moved.faces, len(moved.vertices))
     found = np.zeros(len(moved.vertices))
     corresponds = len(moved.vertices) == len(reference.vertices) and np.array_equal(moved.faces, reference.faces)
     if corresponds:
@@ -261,7 +261,7 @@ def deviation(
         furthest = float(np.sqrt(np.einsum("ij,ij->i", change, change).max()))
         return Deviation(found, moved.vertices, moved.faces, reference, length, corresponds, furthest)
     found[is_used] = signed_distances(moved.vertices[is_used], reference)
-    uncovered = float(distances(reference.vertices[np.unique(reference.faces)], moved).max())
+    uncovered = float(distances(of_reference, moved).max())
     return Deviation(found, moved.vertices, moved.faces, reference, length, corresponds, None, uncovered)
 
 

@@ -8,8 +8,9 @@ import numpy.typing as npt
 from meshlab_specsmooth.arrays import Floats, Integers
 from meshlab_specsmooth.comparison.distances import nearest_faces
 from meshlab_specsmooth.geometry.surface import Surface
-from meshlab_specsmooth.geometry.triangles import compute_face_vectors, normalize_rows
+from meshlab_specsmooth.geometry.triangles import compute_face_vectors, normalize_rows, number_edges, sum_at_corners
 from meshlab_specsmooth.geometry.welding import find_copies
+from meshlab_specsmooth.operators.assemble import find_referenced_vertices
 
 _NEXT = (1, 2, 0)
 
@@ -45,8 +46,9 @@ def signed_distances(points: Floats, surface: Surface) -> Floats:
     [3.0, -2.0, 5.0]
     """
     off, at = nearest_faces(points, surface)
-    weights = find_nearest_points(points, surface.vertices[surface.faces[at]])
-    nearest = np.einsum("kc,kcx->kx", weights, surface.vertices[surface.faces[at]])
+    corners = surface.vertices[surface.faces[at]]
+    weights = find_nearest_points(points, corners)
+    nearest = np.einsum("kc,kcx->kx", weights, corners)
     normals = find_pseudonormals(surface, at, weights)
     along = np.einsum("kx,kx->k", points - nearest, normals)
     return np.asarray(np.where(along < 0, -off, off))
@@ -104,9 +106,7 @@ def find_pseudonormals(surface: Surface, at: npt.NDArray[np.int64], weights: Flo
         Their lengths have no meaning.
     """
     V, F = surface.vertices, surface.faces
-    used = np.zeros(len(V), dtype=np.bool_)
-    used[F] = True
-    copies = find_copies(V, used)
+    copies = find_copies(V, find_referenced_vertices(F, len(V)))
     F = F if copies is None else copies[F]
     unit = normalize_rows(compute_face_vectors(V, F))
     normals = unit[at]
@@ -137,9 +137,5 @@ def _sum_at_vertices(V: Floats, F: Integers, unit: Floats) -> Floats:
 
 def _sum_at_edges(F: Integers, unit: Floats) -> Floats:
     """(m, 3, 3) sums of the normals of the faces at the edge opposite each corner."""
-    n = int(F.max()) + 1
-    ends = np.sort(np.stack([F[:, [1, 2]], F[:, [2, 0]], F[:, [0, 1]]], axis=1).astype(np.int64), axis=2)
-    _, edge = np.unique(ends[..., 0] * n + ends[..., 1], return_inverse=True)
-    edge = edge.reshape(len(F), 3)
-    sums = np.stack([np.bincount(edge.ravel(), np.repeat(c, 3)) for c in unit.T], axis=1)
-    return np.asarray(sums[edge])
+    edges, edge = number_edges(F, int(F.max()) + 1)
+    return sum_at_corners(unit, edge, len(edges))[edge[:, [1, 2, 0]]]

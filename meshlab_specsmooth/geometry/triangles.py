@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from meshlab_specsmooth.arrays import Floats, Integers
 
@@ -14,7 +15,7 @@ def compute_face_vectors(X: Floats, F: Integers) -> Floats:
     return np.asarray(np.cross(X[F[:, 1]] - X[F[:, 0]], X[F[:, 2]] - X[F[:, 0]]))
 
 
-def sum_at_corners(vectors: Floats, F: Integers, n: int) -> Floats:
+def sum_at_corners(vectors: Floats, F: Integers | npt.NDArray[np.int64], n: int) -> Floats:
     """(n, 3) sums of vectors of the faces at their corners."""
     corner = F.ravel()
     # bincount counts in integers where there is nothing to count
@@ -24,6 +25,14 @@ def sum_at_corners(vectors: Floats, F: Integers, n: int) -> Floats:
 def compute_vertex_normals(X: Floats, F: Integers) -> Floats:
     """(n, 3) unit normals of the vertices, weighted by area; zero where there is none."""
     return normalize_rows(sum_at_corners(compute_face_vectors(X, F), F, len(X)))
+
+
+def number_edges(F: Integers | npt.NDArray[np.int64], n: int) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """The different edges (e, 2), smaller end first, and the number of each side (m, 3): from corner 0, 1 and 2."""
+    start, end = F.astype(np.int64), F[:, [1, 2, 0]].astype(np.int64)
+    # one integer an edge sorts much faster than rows do
+    keys, edge = np.unique(np.minimum(start, end) * n + np.maximum(start, end), return_inverse=True)
+    return np.stack([keys // n, keys % n], axis=1), edge.reshape(F.shape).astype(np.int64)
 
 
 def normalize_rows(X: Floats) -> Floats:

@@ -63,6 +63,17 @@ def find_copies(V: Floats, used: Booleans) -> Integers | None:
     return representative
 
 
+def unique_rows(X: Floats) -> tuple[Floats, npt.NDArray[np.int64]]:
+    """The different rows of an array (n, 3), and the (n,) number of each row among them."""
+    order = np.lexsort(X.T)
+    ordered = X[order]
+    is_first = np.ones(len(X), dtype=np.bool_)
+    is_first[1:] = (ordered[1:] != ordered[:-1]).any(axis=1)
+    which = np.empty(len(X), dtype=np.int64)
+    which[order] = np.cumsum(is_first) - 1
+    return ordered[is_first], which
+
+
 def _hash(V: Floats) -> npt.NDArray[np.uint64]:
     """(n,) one number for each row, equal for equal rows."""
     bits = (V + 0.0).view(np.uint64)  # the sum turns -0.0 into 0.0

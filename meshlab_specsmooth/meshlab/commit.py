@@ -11,6 +11,7 @@ import pymeshlab
 
 from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.errors import MeshSetError
+from meshlab_specsmooth.geometry.welding import unique_rows
 from meshlab_specsmooth.meshlab.filter_script import discard_records, get_script, set_script
 from meshlab_specsmooth.meshlab.filter_script_text import append_step
 from meshlab_specsmooth.meshlab.records import Placeholder, Verbosity, state_of
@@ -103,12 +104,7 @@ def average_coincident(vertices: Floats, quality: Floats) -> Floats:
     >>> average_coincident(np.array([[0.0, 0, 0], [1, 0, 0], [0, 0, 0]]), np.array([1.0, 5, 2]))
     array([1.5, 5. , 1.5])
     """
-    order = np.lexsort(vertices.T)
-    ordered = vertices[order]
-    is_first = np.ones(len(order), dtype=np.bool_)
-    is_first[1:] = (ordered[1:] != ordered[:-1]).any(axis=1)
-    group = np.empty(len(order), dtype=np.intp)
-    group[order] = np.cumsum(is_first) - 1
+    _, group = unique_rows(vertices)
     return np.asarray((np.bincount(group, weights=quality) / np.bincount(group))[group])
 
 

@@ -251,7 +251,7 @@ def _assemble(
     )
 
 
-def find_referenced_vertices(F: Integers, n: int) -> Booleans:
+def find_referenced_vertices(F: Integers | npt.NDArray[np.int64], n: int) -> Booleans:
     """(n,) whether a face refers to a vertex."""
     found = np.zeros(n, dtype=np.bool_)
 

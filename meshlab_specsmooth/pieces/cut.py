@@ -14,7 +14,7 @@ import numpy.typing as npt
 from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.errors import FileError
 from meshlab_specsmooth.pieces.partition import Node, route, split_space
-from meshlab_specsmooth.pieces.ply import PlyFile, stack
+from meshlab_specsmooth.pieces.ply import PlyFile, sample_points, stack
 
 Indices = npt.NDArray[np.int64]
 
@@ -64,7 +64,8 @@ def survey(file: PlyFile, folder: Path, report: Callable[[float], None]) -> Surv
     """
     if file.face_count == 0 or file.vertex_count == 0:
         raise FileError(f"{file.path}: has no faces to smooth")
-    points, low, high = _look_at_vertices(file)
+    blocks = ((first, stack(block)) for first, block in file.vertices())
+    points, low, high = sample_points(blocks, file.vertex_count, _MAX_POINTS, f"{file.path}: vertex")
     count = max(1, file.vertex_count // _SAMPLE_VERTICES)
     fine = split_space(points, count)
     wanted = set(np.linspace(0, count - 1, min(_SAMPLES, count)).round().astype(int).tolist())
@@ -86,19 +87,6 @@ def survey(file: PlyFile, folder: Path, report: Callable[[float], None]) -> Surv
     patches = [_gather(records, np.concatenate(parts)) for parts in found.values() if parts]
     diagonal = float(np.linalg.norm(high - low))
     return Survey(points, total / edges, np.concatenate(measured), patches, diagonal)
-
-
-def _look_at_vertices(file: PlyFile) -> tuple[Floats, Floats, Floats]:
-    step = max(1, file.vertex_count // _MAX_POINTS)
-    points, low, high = [], np.full(3, np.inf), np.full(3, -np.inf)
-    for first, block in file.vertices():
-        X = stack(block)
-        wrong = np.flatnonzero(~np.isfinite(X).all(axis=1))
-        if len(wrong):
-            raise FileError(f"{file.path}: vertex {first + int(wrong[0])} is not finite; remove it first")
-        low, high = np.minimum(low, X.min(axis=0)), np.maximum(high, X.max(axis=0))
-        points.append(X[-first % step :: step])
-    return np.concatenate(points), low, high
 
 
 def _gather(records: npt.NDArray[np.void], corners: Indices) -> tuple[Floats, Indices]:

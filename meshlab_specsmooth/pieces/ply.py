@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -145,6 +145,36 @@ class PlyFile:
 def stack(records: npt.NDArray[Any]) -> Floats:
     """Return the positions (k, 3) of vertex records."""
     return np.stack([records[axis].astype(np.float64) for axis in "xyz"], axis=-1)
+
+
+def sample_points(
+    blocks: Iterable[tuple[int, Floats]], count: int, most: int, what: str
+) -> tuple[Floats, Floats, Floats]:
+    """Return some of the points of all blocks, evenly, and their lowest and highest coordinates.
+
+    Parameters
+    ----------
+    blocks : iterable of (int, (k, 3) float64)
+        The number of the first point of a block, and the block.
+    count, most : int
+        Number of points, and about how many of them to return.
+    what : str
+        Name of a point in the error message.
+
+    Raises
+    ------
+    FileError
+        A coordinate is not finite.
+    """
+    step, points = max(1, count // most), [np.empty((0, 3))]
+    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    for first, X in blocks:
+        wrong = np.flatnonzero(~np.isfinite(X).all(axis=1))
+        if len(wrong):
+            raise FileError(f"{what} {first + int(wrong[0])} is not finite; remove it first")
+        low, high = np.minimum(low, X.min(axis=0)), np.maximum(high, X.max(axis=0))
+        points.append(X[-first % step :: step])
+    return np.concatenate(points), low, high
 
 
 def open_ply(path: str | os.PathLike[str]) -> PlyFile:

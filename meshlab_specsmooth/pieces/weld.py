@@ -18,8 +18,9 @@ import numpy.typing as npt
 from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.errors import FileError
 from meshlab_specsmooth.geometry.triangles import compute_face_vectors, normalize_rows
+from meshlab_specsmooth.geometry.welding import unique_rows
 from meshlab_specsmooth.pieces.partition import route, split_space
-from meshlab_specsmooth.pieces.ply import BLOCK, PlyFile, open_ply, stack
+from meshlab_specsmooth.pieces.ply import BLOCK, PlyFile, open_ply, sample_points, stack
 from meshlab_specsmooth.runtime import atomic
 
 Indices = npt.NDArray[np.int64]
@@ -55,6 +56,10 @@ class Parts(Protocol):
     def faces(self) -> int:
         """Number of faces."""
 
+    @property
+    def paths(self) -> Sequence[Path]:
+        """The files."""
+
     def places(self) -> Iterator[tuple[int, Floats]]:
         """Yield the number of the first point of a block, and the points (k, 3)."""
 
@@ -76,6 +81,11 @@ class StlFile:
     def points(self) -> int:
         """Three a face."""
         return 3 * self.faces
+
+    @property
+    def paths(self) -> Sequence[Path]:
+        """The file."""
+        return [self.path]
 
     def _blocks(self) -> Iterator[tuple[int, npt.NDArray[Any]]]:
         with self.path.open("rb") as file:
@@ -122,6 +132,11 @@ class Tiles:
     def faces(self) -> int:
         """Faces of all tiles."""
         return sum(file.face_count for file in self.files)
+
+    @property
+    def paths(self) -> Sequence[Path]:
+        """The tiles."""
+        return [file.path for file in self.files]
 
     def _starts(self) -> list[int]:
         return [0, *np.cumsum([file.vertex_count for file in self.files]).tolist()]
@@ -187,7 +202,7 @@ def weld(parts: Parts, folder: Path, report: Callable[[float], None]) -> tuple[P
         A coordinate is not finite, or there are more than 2^32 places.
     """
     count = max(1, -(-parts.points // _BOX))
-    tree = split_space(_sample(parts), count)
+    tree = split_space(sample_points(parts.places(), parts.points, _MAX_POINTS, "point")[0], count)
     ids = np.lib.format.open_memmap(folder / "ids.npy", "w+", np.int64, (parts.points,))
     with contextlib.ExitStack() as stack_of_files:
         outputs = [stack_of_files.enter_context((folder / f"box-{n:06}.bin").open("wb")) for n in range(count)]
@@ -202,7 +217,7 @@ def weld(parts: Parts, folder: Path, report: Callable[[float], None]) -> tuple[P
         for number in range(count):
             box = folder / f"box-{number:06}.bin"
             records = np.fromfile(box, _POINT)
-            places, which = _unique_rows(records["place"])
+            places, which = unique_rows(records["place"])
             ids[records["number"]] = total + which
             total += len(places)
             places.tofile(output)
@@ -226,29 +241,3 @@ def weld(parts: Parts, folder: Path, report: Callable[[float], None]) -> tuple[P
             report(0.7 + 0.3 * done / max(parts.faces, 1))
     (folder / "vertices.bin").unlink()
     return open_ply(path), ids
-
-
-def _sample(parts: Parts) -> Floats:
-    step, found = max(1, parts.points // _MAX_POINTS), []
-    for first, X in parts.places():
-        wrong = np.flatnonzero(~np.isfinite(X).all(axis=1))
-        if len(wrong):
-            raise FileError(f"point {first + int(wrong[0])} is not finite; remove it first")
-        found.append(X[-first % step :: step])
-    return np.concatenate(found) if found else np.empty((0, 3))
-
-
-def _unique_rows(X: Floats) -> tuple[Floats, Indices]:
-    """The different rows, and the number of each row among them."""
-    order = np.lexsort(X.T)
-    ordered = X[order]
-    is_first = np.ones(len(X), dtype=np.bool_)
-    is_first[1:] = (ordered[1:] != ordered[:-1]).any(axis=1)
-    which = np.empty(len(X), dtype=np.int64)
-    which[order] = np.cumsum(is_first) - 1
-    return ordered[is_first], which
-
-
-def names_of(parts: Parts) -> Sequence[Path]:
-    """The files of a source."""
-    return [parts.path] if isinstance(parts, StlFile) else [file.path for file in getattr(parts, "files", ())]

@@ -25,7 +25,7 @@ from meshlab_specsmooth.errors import FileError, FilterFailed, InvalidParameter
 from meshlab_specsmooth.noise.model import IMPULSE, Noise
 from meshlab_specsmooth.operators.assemble import BYTES_PER_VERTEX
 from meshlab_specsmooth.operators.boundary import BLENDING_RINGS
-from meshlab_specsmooth.parameters import MAX_WORKERS, check_count, check_number, check_path, resolve_length, show
+from meshlab_specsmooth.parameters import MAX_WORKERS, check_count, check_number, check_path, resolve_extent, show
 from meshlab_specsmooth.pieces.cut import Survey, cut, find_reach, survey
 from meshlab_specsmooth.pieces.margin import TOLERANCE, find_margin
 from meshlab_specsmooth.pieces.partition import split_space
@@ -41,15 +41,17 @@ from meshlab_specsmooth.pieces.piece import (
 )
 from meshlab_specsmooth.pieces.ply import PlyFile, open_ply
 from meshlab_specsmooth.pieces.serve import serve_pieces
-from meshlab_specsmooth.pieces.weld import Parts, Tiles, names_of, open_parts, weld
+from meshlab_specsmooth.pieces.weld import Parts, Tiles, open_parts, weld
 from meshlab_specsmooth.runtime import atomic, memory
 from meshlab_specsmooth.runtime.bars import begin
 from meshlab_specsmooth.runtime.folders import ensure_folder
 from meshlab_specsmooth.runtime.progress import Progress, announce, finish, subrange
 from meshlab_specsmooth.runtime.warned import unwarned
 from meshlab_specsmooth.smoothing.api import smooth
-from meshlab_specsmooth.smoothing.result import SmoothingResult
+from meshlab_specsmooth.smoothing.automatic import scale_modes
+from meshlab_specsmooth.smoothing.result import SmoothingResult, join_warnings
 from meshlab_specsmooth.smoothing.settings import Region, Smoothing
+from meshlab_specsmooth.spectral.low_pass import CutoffResponse
 from meshlab_specsmooth.spectral.response import Response, name_of
 
 #: Default time limit per piece in seconds.
@@ -223,13 +225,14 @@ def smooth_pieces(
     time_limit = local.check_time_limit(time_limit)
     progress = begin(progress, "looking at the file")
     place = check_path("source", source)
-    parts = open_parts(place)
-    names = [open_ply(place).path] if parts is None else names_of(parts)
+    opened = open_parts(place) or open_ply(place)
+    parts = None if isinstance(opened, PlyFile) else opened
+    names = [opened.path] if isinstance(opened, PlyFile) else opened.paths
     target = _check_target(check_path("out", out), parts, names)
     given = {"setting": repr(asked), "region": repr(region), "laplacian": laplacian, "weld": weld}
     folder = _open_folder(target, names, {**given, "difference": difference}, resume)
     report = subrange(progress, 0.0, 0.0 if parts is None else _WELDED) or _ignore
-    file, ids = (open_ply(place), None) if parts is None else _weld(parts, folder, report)
+    file, ids = (opened, None) if isinstance(opened, PlyFile) else _weld(opened, folder, report)
     progress = progress if parts is None else subrange(progress, _WELDED, 1 - _WELDED)
     seen, plan, chosen = _prepare(file, folder, asked, region, laplacian, weld, difference, limit, workers, progress)
     results: list[PieceResult] = []
@@ -330,7 +333,7 @@ def _prepare(
 ) -> tuple[Survey, Plan | None, SmoothingResult]:
     """Look at the file, and choose the setting, the margin and the partition; no plan where nothing is to be done."""
     report = subrange(progress, 0.0, _SURVEYED)
-    seen = survey(file, folder, report or (lambda fraction: None))
+    seen = survey(file, folder, report or _ignore)
     chosen = _choose(file, seen, asked, laplacian, weld)
     if chosen.noise is not None and chosen.noise.is_left_alone:
         return seen, None, chosen
@@ -353,17 +356,12 @@ def _prepare(
         region.boundary,
         laplacian,
         weld,
-        None if displacement is None else resolve_length(displacement, _corners(seen)),
+        None if displacement is None else resolve_extent(displacement, seen.diagonal),
         min(asked.tolerance, _SHARE_OF_SOLVER * difference),
         rings,
         pack_tree(split_space(seen.points, count)),
     )
     return seen, plan, chosen
-
-
-def _corners(seen: Survey) -> Any:
-    """Two points as far from each other as the bounding box of the whole is large."""
-    return np.array([[0.0, 0, 0], [seen.diagonal, 0, 0]])
 
 
 def _count_pieces(vertices: int, most: int, rings: int) -> int:
@@ -378,17 +376,15 @@ def _choose(file: PlyFile, seen: Survey, asked: Smoothing, laplacian: LaplacianK
     starts = np.cumsum([0, *(len(V) for V, _ in patches)])
     V = np.concatenate([V for V, _ in patches])
     F = np.concatenate([F + start for (_, F), start in zip(patches, starts[:-1], strict=True)])
-    low_pass = asked.low_pass
-    if isinstance(low_pass, Response):
-        raise InvalidParameter("a response of your own cannot be sent to other processes")
-    if low_pass is not None and low_pass.modes is not None:  # the samples have their share of the modes
-        share = len(V) / file.vertex_count
-        low_pass = replace(low_pass, modes=max(1, round(low_pass.modes * share)))
-    elif low_pass is not None and low_pass.wavelength is not None:
+    setting = scale_modes(asked, len(V) / file.vertex_count, len(V))
+    low_pass = setting.low_pass
+    if isinstance(low_pass, CutoffResponse) and low_pass.wavelength is not None:
         edges = np.linalg.norm(V[F] - np.roll(V[F], 1, axis=1), axis=2).mean()
-        low_pass = replace(low_pass, wavelength=low_pass.wavelength * float(edges) / seen.mean_edge)
+        setting = replace(
+            setting, low_pass=replace(low_pass, wavelength=low_pass.wavelength * float(edges) / seen.mean_edge)
+        )
     with unwarned():
-        return smooth(V, F, replace(asked, low_pass=low_pass), laplacian=laplacian, weld=weld)
+        return smooth(V, F, setting, laplacian=laplacian, weld=weld)
 
 
 def _smooth_all(
@@ -412,7 +408,7 @@ def _smooth_all(
             break
         announce(progress, "cutting")
         report = subrange(progress, _SURVEYED, _CUT - _SURVEYED)
-        counts = cut(file, tree, reach, folder, report or (lambda fraction: None))
+        counts = cut(file, tree, reach, folder, report or _ignore)
         announce(progress, f"smoothing {count_of(len(left), 'piece')}")
         jobs = [
             (PieceJob(str(file.path.absolute()), str(_result_of(folder, n)), str(folder), n), _size_of(counts[n]))
@@ -490,11 +486,10 @@ def _summarize(
 ) -> PiecesResult:
     before, after = (sum(result.volumes[k] for result in results) for k in (0, 1))
     square = sum(result.square for result in results)
-    warning = chosen.warning
-    if np.ndim(chosen.barycenter_weight):
-        warning = "; ".join(filter(None, [warning, "the noise varies, but the pieces have one weight"]))
-    if chosen.noise is not None and (chosen.noise.kind == IMPULSE or len(chosen.outliers)):
-        warning = "; ".join(filter(None, [warning, "vertices far off are smoothed with the rest, not put back first"]))
+    varies = "the noise varies, but the pieces have one weight" if np.ndim(chosen.barycenter_weight) else None
+    strays = chosen.noise is not None and (chosen.noise.kind == IMPULSE or len(chosen.outliers) > 0)
+    far_off = "vertices far off are smoothed with the rest, not put back first" if strays else None
+    warning = join_warnings(chosen.warning, varies, far_off)
     return PiecesResult(
         output=str(target),
         vertices=file.vertex_count,

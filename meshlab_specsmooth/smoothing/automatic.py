@@ -246,7 +246,7 @@ def _smooth_parts(
         alone = assemble_surface(surface, ops.laplacian, weld=False)
         result = _smooth_automatically(
             alone,
-            _scale_modes(setting, len(at) / len(ops.active), len(alone.active)),
+            scale_modes(setting, len(at) / len(ops.active), len(alone.active)),
             replace(
                 region,
                 mask=None if mask is None else mask[at],
@@ -289,7 +289,7 @@ def _smooth_parts(
     return add_warnings(result, *ops.notes, levels, *warnings)
 
 
-def _scale_modes(setting: Smoothing, fraction: float, most: int) -> Smoothing:
+def scale_modes(setting: Smoothing, fraction: float, most: int) -> Smoothing:
     """The setting for a part of the mesh: it has its share of the modes."""
     low_pass = setting.low_pass
     if low_pass is None or isinstance(low_pass, Response) or low_pass.modes is None:

@@ -17,9 +17,9 @@ from meshlab_specsmooth.arrays import Booleans, Floats
 from meshlab_specsmooth.describe import Rows, count_of, format_length
 from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.geometry.surface import Surface
-from meshlab_specsmooth.geometry.triangles import compute_face_vectors
+from meshlab_specsmooth.geometry.triangles import compute_face_vectors, number_edges
 from meshlab_specsmooth.geometry.welding import find_copies
-from meshlab_specsmooth.operators.assemble import assemble_surface
+from meshlab_specsmooth.operators.assemble import assemble_surface, find_referenced_vertices
 from meshlab_specsmooth.operators.boundary import boundary_curve
 from meshlab_specsmooth.operators.curves import trace_curves
 from meshlab_specsmooth.runtime.bars import begin
@@ -134,8 +134,7 @@ def smooth_surfaces(
     work = subrange(progress, _ASSEMBLY, 1 - _ASSEMBLY)
     smoothed = limit_displacement(smooth_operators(ops, setting, where, progress=work), where, ops)
     vertices = surface.vertices.copy()
-    is_used = np.zeros(len(vertices), dtype=np.bool_)
-    is_used[surface.faces] = True
+    is_used = place >= 0
     vertices[is_used] = smoothed.vertices[place[is_used]]
     finish(progress)
     shared = _find_shared(unique.faces, of_faces, is_two_sided=of_faces.shape[1] > 1)
@@ -182,8 +181,7 @@ def _gather(mesh: Any, faces: Any, labels: Any) -> tuple[list[Source], Surface, 
 def _join_places(surface: Surface) -> tuple[Surface, Indices]:
     """The surface with one vertex at each place, and the (n,) index of each vertex there, -1 if no face uses it."""
     V, F = surface.vertices, surface.faces
-    is_used = np.zeros(len(V), dtype=np.bool_)
-    is_used[F] = True
+    is_used = find_referenced_vertices(F, len(V))
     copies = find_copies(V, is_used)
     first = np.arange(len(V)) if copies is None else copies.astype(np.int64)
     is_first = is_used & (first == np.arange(len(V)))
@@ -211,14 +209,13 @@ def _unite_faces(surface: Surface, labels: Indices) -> tuple[npt.NDArray[np.int3
 
 def _find_borders(F: npt.NDArray[np.int32], keys: Indices) -> tuple[Indices, Indices]:
     """The edges (b, 2) where other than two faces of the same labels meet, and the vertices of edges with one face."""
-    ends = np.sort(np.concatenate([F[:, [0, 1]], F[:, [1, 2]], F[:, [2, 0]]]), axis=1)
-    edges, edge, count = np.unique(ends, axis=0, return_inverse=True, return_counts=True)
-    edge, keys = edge.ravel(), np.tile(keys, 3)
+    edges, edge = number_edges(F, int(F.max(initial=0)) + 1)
+    count = np.bincount(edge.ravel())
     lowest, highest = np.full(len(edges), np.iinfo(np.int64).max), np.full(len(edges), -1)
-    np.minimum.at(lowest, edge, keys)
-    np.maximum.at(highest, edge, keys)
+    np.minimum.at(lowest, edge, keys[:, None])
+    np.maximum.at(highest, edge, keys[:, None])
     is_border = (count != 2) | (lowest != highest)
-    return edges[is_border].astype(np.int64), np.unique(edges[count == 1]).astype(np.int64)
+    return edges[is_border], np.unique(edges[count == 1])
 
 
 def _find_shared(F: npt.NDArray[np.int32], labels: Indices, is_two_sided: bool) -> Indices:
@@ -275,15 +272,11 @@ def _is_closed(F: Indices, sign: Indices, V: Floats) -> bool:
     taken = sign != 0
     if not taken.any():
         return False
-    is_used = np.zeros(len(V), dtype=np.bool_)
-    is_used[F[taken]] = True
-    copies = find_copies(V, is_used)
+    copies = find_copies(V, find_referenced_vertices(F[taken], len(V)))
     own = F[taken] if copies is None else copies[F[taken]].astype(np.int64)
-    start, end = (np.concatenate([own[:, k] for k in order]) for order in ((0, 1, 2), (1, 2, 0)))
-    turns = np.tile(sign[taken], 3) * np.sign(end - start)
-    key = np.minimum(start, end) * len(V) + np.maximum(start, end)
-    _, edge = np.unique(key, return_inverse=True)
-    return not np.bincount(edge.ravel(), turns).any()
+    _, edge = number_edges(own, len(V))
+    turns = sign[taken, None] * np.sign(own[:, [1, 2, 0]] - own)
+    return not np.bincount(edge.ravel(), turns.ravel()).any()
 
 
 def _describe(each: LabelVolume) -> str:
