@@ -77,7 +77,86 @@ class ShapeChange:
         return ", ".join(f"{name} by {100 * x:+.1f} %" for name, x in largest if abs(x) >= _WORTH_SAYING)
 
 
-@np.errstate(over="ignore", invalid="ignore")  # a given setting may throw vertices anywhere; infinite is large
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """Sums over the vertices and faces of shapes, one entry a connected component; those of its pieces add up.
+
+    Attributes
+    ----------
+    count, faces : (c,) float64
+        Numbers of vertices and faces.
+    first : (c, 3) float64
+        Sums of the positions.
+    second : (c, 3, 3) float64
+        Of their products.
+    volume, area, squares : (c,) float64
+        Signed volumes between the faces and the origin, areas, and the faces' mean squared sides.
+    """
+
+    count: Floats
+    faces: Floats
+    first: Floats
+    second: Floats
+    volume: Floats
+    area: Floats
+    squares: Floats
+
+    def covariance(self) -> Floats:
+        """(c, 3, 3) of the vertices of each component."""
+        mean = self.first / self.count[:, None]
+        square = self.second / self.count[:, None, None]
+        return np.asarray(square - mean[:, :, None] * mean[:, None, :])
+
+
+@np.errstate(over="ignore", invalid="ignore")
+def measure_shape(
+    X: Floats, F: Integers, at: npt.NDArray[np.int32] | None = None, count: int = 1, among: Booleans | None = None
+) -> Shape:
+    """Sum over the vertices and faces of each of ``count`` components.
+
+    Parameters
+    ----------
+    X : (n, 3) float64
+    F : (m, 3) int32
+    at : (n,) int32, optional
+        Component of each vertex, where there are several.
+    count : int
+    among : (n,) bool, optional
+        The vertices that are counted; the faces are all those given.
+    """
+    if len(F) == 0:
+        nothing = np.zeros(count)
+        volume, area, squares, faces = nothing, nothing, nothing, nothing
+    elif at is None or count == 1:
+        faces = np.array([len(F)], dtype=np.float64)
+        volume, area, squares = (np.array([x]) for x in sum_faces(X, F))
+    else:
+        face = at[F[:, 0]]
+        faces = np.bincount(face, minlength=count).astype(np.float64)
+        volume, area, squares = (
+            np.asarray(np.bincount(face, weights=x, minlength=count), dtype=np.float64) for x in measure_faces(X, F)
+        )
+    if among is not None:
+        X, at = X[among], None if at is None else at[among]
+    if at is None or count == 1:
+        return Shape(
+            np.array([len(X)], dtype=np.float64),
+            faces,
+            blocks.reduce_rows(np.add, X)[None] if len(X) else np.zeros((1, 3)),
+            (X.T @ X)[None],
+            volume,
+            area,
+            squares,
+        )
+    products = (X[:, :, None] * X[:, None, :]).reshape(-1, 9)
+    first, second = (
+        np.stack([np.bincount(at, weights=column, minlength=count) for column in columns.T], axis=1)
+        for columns in (X, products)
+    )
+    number = np.bincount(at, minlength=count).astype(np.float64)
+    return Shape(number, faces, first, second.reshape(-1, 3, 3), volume, area, squares)
+
+
 def compare_shapes(
     X: Floats, Y: Floats, F: Integers, closed: Booleans, labels: npt.NDArray[np.int32] | None, noise: Noise
 ) -> ShapeChange:
@@ -95,13 +174,16 @@ def compare_shapes(
     noise : Noise
         In the units of X.
     """
-    count = len(closed)
-    at = np.zeros(len(X), dtype=np.int32) if labels is None else labels
-    number = np.bincount(at, minlength=count).astype(np.float64)
-    volume, area, edges_before = _over_faces(X, F, at, count)
-    after, area_after, edges_after = _over_faces(Y, F, at, count)
+    before, after = (measure_shape(positions, F, labels, len(closed)) for positions in (X, Y))
+    return judge_change(before, after, closed, noise)
+
+
+@np.errstate(over="ignore", invalid="ignore")  # a given setting may throw vertices anywhere; infinite is large
+def judge_change(shape: Shape, result: Shape, closed: Booleans, noise: Noise) -> ShapeChange:
+    """Changes from one shape to another of the same faces; parameters as for :func:`compare_shapes`."""
+    volume, after, area = shape.volume, result.volume, shape.area
     s2 = noise.level**2
-    independent = number / (_CORRELATED_OVER if noise.kind == CORRELATED else 1.0)
+    independent = shape.count / (_CORRELATED_OVER if noise.kind == CORRELATED else 1.0)
     is_mask = noise.kind == QUANTIZED
 
     tiny = np.finfo(np.float64).tiny
@@ -113,8 +195,8 @@ def compare_shapes(
     volume_change = np.where(has_volume, (after - volume) / np.where(has_volume, volume, 1.0), np.nan)
     excessive = has_volume & (np.abs(after - volume) > allowed)
 
-    before, axes = np.linalg.eigh(_covariances(X, at, count, number))
-    along = np.einsum("cij,cik,ckj->cj", axes, _covariances(Y, at, count, number), axes)
+    before, axes = np.linalg.eigh(shape.covariance())
+    along = np.einsum("cij,cik,ckj->cj", axes, result.covariance(), axes)
     before = np.maximum(before, 0.0)
     chance = _SIGMAS * 2 * np.sqrt(s2 * before / independent[:, None])
     too_far = np.abs(along - before) > (1 + _SMALL_SIZE) ** 2 * before - before + 4 * s2 + chance
@@ -124,38 +206,8 @@ def compare_shapes(
     ratio = np.sqrt(np.divide(along, before, out=np.ones_like(before), where=has_extent)) - 1
     size_change = np.take_along_axis(ratio, np.abs(ratio).argmax(axis=1)[:, None], axis=1)[:, 0]
 
+    edges_before, edges_after = (each.squares / np.maximum(each.faces, 1) for each in (shape, result))
     excessive |= np.abs(edges_before - edges_after) > ((1 + _SMALL_EDGE) ** 2 - 1) * edges_before + 9 * s2
     edge_change = np.sqrt(edges_after / np.maximum(edges_before, tiny)) - 1
-    offset = np.where(has_volume, (volume - after) / np.maximum(area_after, tiny), 0.0)
+    offset = np.where(has_volume, (volume - after) / np.maximum(result.area, tiny), 0.0)
     return ShapeChange(volume_change, size_change, edge_change, offset, excessive)
-
-
-def _sums(X: Floats, at: npt.NDArray[np.integer], count: int) -> Floats:
-    """(c, 3) sums of rows by component."""
-    if count == 1:
-        return blocks.reduce_rows(np.add, X)[None]
-    return np.stack([np.bincount(at, weights=column, minlength=count) for column in X.T], axis=1)
-
-
-def _over_faces(X: Floats, F: Integers, at: npt.NDArray[np.integer], count: int) -> tuple[Floats, Floats, Floats]:
-    """(c,) signed volumes, areas, and mean squared sides."""
-    if count == 1:
-        volume, area, squares = sum_faces(X, F)
-        return np.array([volume]), np.array([area]), np.array([squares / len(F)])
-    face = at[F[:, 0]]
-    volumes, areas, sides = (
-        np.asarray(np.bincount(face, weights=x, minlength=count), dtype=np.float64) for x in measure_faces(X, F)
-    )
-    return volumes, areas, sides / np.maximum(np.bincount(face, minlength=count), 1)
-
-
-def _covariances(X: Floats, at: npt.NDArray[np.integer], count: int, number: Floats) -> Floats:
-    """(c, 3, 3) of the vertices of each component."""
-    mean = _sums(X, at, count) / number[:, None]
-    if count == 1:
-        square = (X.T @ X)[None]
-    else:
-        products = (X[:, :, None] * X[:, None, :]).reshape(-1, 9)
-        sums = [np.bincount(at, weights=column, minlength=count) for column in products.T]
-        square = np.asarray(np.stack(sums, axis=1).reshape(-1, 3, 3), dtype=np.float64)
-    return np.asarray(square / number[:, None, None] - mean[:, :, None] * mean[:, None, :])
