@@ -297,16 +297,16 @@ def test_as_many_run_at_once_as_there_is_memory_for(monkeypatch):
     class Recorder(local.MeshWorker):
         def do(self, job, limit, time_limit):
             running.add(job.source)
-            most[0] = max(most[0], sum(local.bytes_needed(source, size) for source, size in sizes if source in running))
+            most[0] = max(most[0], sum(needed for job, needed in jobs if job.source in running))
             time.sleep(0.01)
             running.discard(job.source)
             return work.failure(job, "failed", "")
 
-    sizes = [(f"{n}.ply", n * 10**6) for n in range(1, 13)]
     budget = 2 * local.bytes_needed("x.ply", 9 * 10**6)
     monkeypatch.setattr(local, "MeshWorker", Recorder)
     monkeypatch.setattr(local.memory, "available", lambda: budget)
-    jobs = [(Job(source, "", "", {}), size) for source, size in sizes]
+    needs = {f"{n}.ply": local.bytes_needed(f"{n}.ply", n * 10**6) for n in range(1, 13)}
+    jobs = [(Job(source, "", "", {}), needed) for source, needed in needs.items()]
     assert len(list(local.outcomes(jobs, 8, 60.0))) == 12
     assert 0 < most[0] <= budget
     monkeypatch.setattr(local.memory, "available", lambda: 0)  # then one by one

@@ -21,7 +21,7 @@ _CONNECT_SECONDS = 10.0
 def outcomes(
     jobs: Sequence[tuple[Any, int]], scheduler: str, time_limit: float, serves: Callable[[], None] = serve
 ) -> Generator[Outcome]:
-    """Do jobs on a cluster, given with the sizes of their files, the largest first; yields outcomes as they come.
+    """Do jobs on a cluster, given with the bytes that they need, the largest first; yields outcomes as they come.
 
     The package must be installed on the workers, and the files must have the same names there. Each job runs in a
     separate process, with limits of memory and time as on this machine. If a worker dies, Dask gives its jobs to
@@ -71,13 +71,13 @@ def _in_a_line(error: Exception) -> str:
     return " ".join(str(error).split()) or type(error).__name__
 
 
-def run_there(job: Any, size: int, time_limit: float, serves: Callable[[], None]) -> Outcome:
+def run_there(job: Any, needed: int, time_limit: float, serves: Callable[[], None]) -> Outcome:
     """Do a job on a worker of the cluster, in a separate process."""
     from distributed import get_worker
 
     share = memory.available() // get_worker().state.nthreads
     with MeshWorker(serves) as worker:
-        return worker.do(job, bytes_allowed(job.source, size, share), time_limit)
+        return worker.do(job, bytes_allowed(needed, share), time_limit)
 
 
 def _outcomes(

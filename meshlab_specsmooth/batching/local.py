@@ -22,10 +22,10 @@ from meshlab_specsmooth.runtime.interrupts import DeferInterrupts
 
 # Bytes of memory per byte of the file, at the peak: a binary PLY has 38 bytes per vertex and its two faces, for which
 # pymeshlab takes about 500 and smoothing 800 more. Compressed files are ten times smaller.
-FACTOR, _COMPRESSED_FACTOR = 40, 400
+_FACTOR, _COMPRESSED_FACTOR = 40, 400
 _COMPRESSED = frozenset((".ctm", ".3mf"))
 # of a process before it reads a mesh, and for the smallest mesh
-BASE = 400 * 2**20
+_BASE = 400 * 2**20
 # factor by which a mesh may exceed the estimate, if the share of its process in the memory allows it
 _HEADROOM = 4
 # the rounding of a BLAS may depend on its number of threads, which is 1 on a Dask worker too
@@ -48,19 +48,18 @@ def bytes_needed(path: str, size: int) -> int:
     >>> bytes_needed("a.ctm", 10**6) > bytes_needed("a.ply", 10**6) > 40 * 10**6
     True
     """
-    return BASE + size * (_COMPRESSED_FACTOR if Path(path).suffix.lower() in _COMPRESSED else FACTOR)
+    return _BASE + size * (_COMPRESSED_FACTOR if Path(path).suffix.lower() in _COMPRESSED else _FACTOR)
 
 
-def bytes_allowed(path: str, size: int, share: int) -> int:
-    """Return the memory limit for a mesh file: more than the estimate, if the share of its process allows it.
+def bytes_allowed(needed: int, share: int) -> int:
+    """Return the memory limit of a job: more than it is estimated to need, if the share of its process allows it.
 
     Examples
     --------
-    >>> from meshlab_specsmooth.batching.local import bytes_allowed, bytes_needed
-    >>> bytes_allowed("a.ply", 10**6, 10**9) == 10**9 > bytes_needed("a.ply", 10**6) == bytes_allowed("a.ply", 10**6, 0)
-    True
+    >>> from meshlab_specsmooth.batching.local import bytes_allowed
+    >>> bytes_allowed(600, 1000), bytes_allowed(600, 10_000), bytes_allowed(600, 100)
+    (1000, 2400, 600)
     """
-    needed = bytes_needed(path, size)
     return max(needed, min(_HEADROOM * needed, share))
 
 
@@ -85,7 +84,7 @@ def outcomes(
     Parameters
     ----------
     jobs : sequence of (Job, int)
-        Each with the size of its file in bytes.
+        Each with the bytes of memory that it is estimated to need, see :func:`bytes_needed`.
     workers : int, optional
         Maximum number of processes; the number of processors by default.
     time_limit : float
@@ -107,8 +106,7 @@ def outcomes(
 def _outcomes(
     jobs: Sequence[tuple[Any, int]], count: int, time_limit: float, serves: Callable[[], None], limit: int | None
 ) -> Generator[Outcome]:
-    sized = ((bytes_needed(job.source, size), job, size) for job, size in jobs)
-    waiting = sorted(sized, key=lambda entry: -entry[0])
+    waiting = sorted(jobs, key=lambda entry: -entry[1])
     budget = memory.available() if limit is None else min(limit, memory.available())
     running: dict[Future[Outcome], int] = {}
     idle: queue.SimpleQueue[MeshWorker] = queue.SimpleQueue()
@@ -128,13 +126,12 @@ def _outcomes(
             while waiting or running:
                 while len(running) < count:
                     free = budget - sum(running.values())
-                    fitting = next((entry for entry in waiting if entry[0] <= free or not running), None)
+                    fitting = next((entry for entry in waiting if entry[1] <= free or not running), None)
                     if fitting is None:
                         break
                     waiting.remove(fitting)
-                    needed, job, size = fitting
-                    limit = bytes_allowed(job.source, size, budget // count)
-                    running[threads.submit(do, job, limit)] = needed
+                    job, needed = fitting
+                    running[threads.submit(do, job, bytes_allowed(needed, budget // count))] = needed
                 for ended in wait(running, return_when=FIRST_COMPLETED).done:
                     del running[ended]
                     yield ended.result()

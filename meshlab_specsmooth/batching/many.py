@@ -144,7 +144,13 @@ def batch(
     if scheduler is None:
         # the warning of a process would not be seen
         backend.is_compiled(max((source.size for source in found), default=0) // _BYTES_PER_VERTEX)
-    jobs = [(Job(source.path, source.output, filter_name, given, resume, force), source.size) for source in found]
+    jobs = [
+        (
+            Job(source.path, source.output, filter_name, given, resume, force),
+            local.bytes_needed(source.path, source.size),
+        )
+        for source in found
+    ]
     coming = (
         local.outcomes(jobs, workers, time_limit)
         if scheduler is None

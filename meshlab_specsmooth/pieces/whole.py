@@ -411,7 +411,7 @@ def _smooth_all(
         counts = cut(file, tree, reach, folder, report or _ignore)
         announce(progress, f"smoothing {count_of(len(left), 'piece')}")
         jobs = [
-            (PieceJob(str(file.path.absolute()), str(_result_of(folder, n)), str(folder), n), _size_of(counts[n]))
+            (PieceJob(str(file.path.absolute()), str(_result_of(folder, n)), str(folder), n), _bytes_needed(counts[n]))
             for n in left
         ]
         coming = (
@@ -432,9 +432,9 @@ def _result_of(folder: Path, number: int) -> Path:
     return folder / f"result-{number:06}.bin"
 
 
-def _size_of(faces: int) -> int:
-    """The bytes of a file for which as much memory is estimated as a piece takes."""
-    return int((faces / 2 * _BYTES_PER_VERTEX + _BASE_OF_WORKER - local.BASE) / local.FACTOR) + 1
+def _bytes_needed(faces: int) -> int:
+    """Of a piece in a process of its own."""
+    return _BASE_OF_WORKER + faces // 2 * _BYTES_PER_VERTEX
 
 
 def _collect(coming: Generator[Outcome], count: int, progress: Progress | None) -> list[int]:
