@@ -170,7 +170,7 @@ def test_nothing_flows_across_creases():
     for X in (V, other):
         guide = mesh.kernels.face_geometry(smooth_isotropically(mesh, X, 0.3))[1]
         center, given, _ = mesh.kernels.face_geometry(X)
-        N.append((guide, low_pass_normals(mesh.kernels, center, given, area, guide, 2.0, 0.35, is_cut=True)))
+        N.append((guide, low_pass_normals(mesh.kernels, center, given, area, guide, 2.0, 0.35, is_exact=True)))
     for first, second, scale in zip(*N, (2e-3, 5e-5), strict=True):  # the least squares are solved to 3e-3
         far = np.abs(first - second).max(axis=1)
         assert far[~elsewhere].max() > 0.05

@@ -121,7 +121,7 @@ def denoise_surface(
     V, F = surface.vertices, surface.faces
     announce(progress, "assembling")
     require(_BYTES_PER_FACE * len(F), f"smoothing {len(F)} faces")
-    active, index, G, welded = _find_active(V, F, weld)
+    active, index, G, welded = find_active(V, F, weld)
     region = region.renumbered(index, len(active))
     h = compute_mean_side(V[active], G) if len(active) else 0.0
     if h == 0:
@@ -225,7 +225,7 @@ def _denoise(
     """Choose, filter and correct, for a mesh in units of its mean edge; the result is in these too."""
     is_automatic = setting.is_automatic
     if is_automatic and may_have_strays and mesh.voxels is None:
-        repaired, outliers = _replace_outliers(mesh, region)
+        repaired, outliers = put_strays_back(mesh, region)
         if len(outliers):
             return _denoise_repaired(mesh, repaired, outliers, setting, region, with_isotropic, progress)
     report = progress or (lambda _: None)
@@ -280,7 +280,7 @@ def _denoise(
     if fractions is not None:
         Y = X + fractions[:, None] * (Y - X)
     notes = []
-    lost = _find_lost(whole, Y, noise.level) if is_automatic else None
+    lost = find_lost(whole, Y, noise.level) if is_automatic else None
     if lost is not None:
         Y[lost] = X[lost]
         notes.append(describe_lost(lost))
@@ -420,7 +420,7 @@ def _find_creases(mesh: FaceOperators, region: FaceRegion, noise: Noise, level: 
     return region.creases if region.angle is None else find_creases_by_angle(mesh, region.angle, noise, level)
 
 
-def _find_lost(mesh: FaceOperators, Y: Floats, level: float) -> Booleans | None:
+def find_lost(mesh: FaceOperators, Y: Floats, level: float) -> Booleans | None:
     """Vertices that would be lost between long thin triangles; None if there are none."""
     at = mesh.ops.active
     found = find_lost_vertices((Y - mesh.V)[at], replace(mesh.ops, positions=mesh.V[at]), level)
@@ -431,15 +431,21 @@ def _find_lost(mesh: FaceOperators, Y: Floats, level: float) -> Booleans | None:
     return lost
 
 
-def _apply(mesh: FaceOperators, setting: EdgeAware, level: float, progress: Progress | None) -> tuple[Floats, int]:
-    """What a setting makes of the mesh, its volume held, and how many faces are flipped."""
+def apply_and_repair(mesh: FaceOperators, setting: EdgeAware, progress: Progress | None) -> tuple[Floats, int]:
+    """What a setting makes of the mesh, and how many faces are flipped."""
     X = mesh.V
     if setting.start == CLIPPED:
         smoothed = smooth_automatically(mesh, X).vertices
     else:
         smoothed = smooth_isotropically(mesh, X, setting.barycenter_weight or MAX_WEIGHT)
     Y = apply_setting(mesh, X, smoothed, setting, progress)
-    Y, flips = repair_flips(mesh, Y, smoothed)
+    return repair_flips(mesh, Y, smoothed)
+
+
+def _apply(mesh: FaceOperators, setting: EdgeAware, level: float, progress: Progress | None) -> tuple[Floats, int]:
+    """What a setting makes of the mesh, its volume held, and how many faces are flipped."""
+    X = mesh.V
+    Y, flips = apply_and_repair(mesh, setting, progress)
     volume = 0.0 if mesh.on_boundary.any() else compute_volume(mesh, X)
     return (restore_volume(mesh, Y, volume, level) if volume else Y), flips
 
@@ -474,10 +480,15 @@ def _label_components(mesh: FaceOperators) -> tuple[npt.NDArray[np.bool_], npt.N
     return closed, labels
 
 
-def _replace_outliers(mesh: FaceOperators, region: FaceRegion) -> tuple[FaceOperators, npt.NDArray[np.int64]]:
-    """The mesh with single stray vertices put back where they may move, and their indices."""
+def put_strays_back(
+    mesh: FaceOperators, region: FaceRegion, median: float | None = None
+) -> tuple[FaceOperators, npt.NDArray[np.int64]]:
+    """The mesh with single stray vertices put back where they may move, and their indices.
+
+    ``median``: the distance of a vertex from the mean of its neighbors, of a surface that the mesh is a part of.
+    """
     at = mesh.ops.active
-    positions, strays = replace_outliers(mesh.V[at], mesh.ops.L, mesh.ops.boundary_vertices)
+    positions, strays = replace_outliers(mesh.V[at], mesh.ops.L, mesh.ops.boundary_vertices, median)
     may_move = np.ones(len(mesh.V), dtype=np.bool_) if region.inside is None else region.inside.copy()
     strays = strays[may_move[at[strays]]]
     if len(strays) == 0:
@@ -504,7 +515,7 @@ def _scale(result: EdgeAwareResult, h: float) -> EdgeAwareResult:
     )
 
 
-def _find_active(V: Floats, F: Integers, weld: bool) -> tuple[Integers, Integers, Integers, int]:
+def find_active(V: Floats, F: Integers, weld: bool) -> tuple[Integers, Integers, Integers, int]:
     """The vertices with an edge, the index of each vertex among them or -1, their faces, and how many are copies."""
     used = find_referenced_vertices(F, len(V))
     copies = find_copies(V, used) if weld else None

@@ -21,10 +21,11 @@ _SPATIAL_SIGMA = 1.5
 _VERTEX_STEPS = 15
 
 # The solve is stopped where the relative error of the normals is below a thousandth: they are filtered again in the
-# next iteration. With creases the error on one side would depend on the other, so it is solved further.
+# next iteration. With creases the error on one side would depend on the other, and that of a part of a surface on how
+# much of it there is, so these are solved further.
 # docs/constants.md: _RTOL, _MAX_CG_ITERATIONS
 _RTOL, _MAX_CG_ITERATIONS = 1e-3, 6
-_RTOL_CUT, _MAX_CG_ITERATIONS_CUT = 1e-8, 200
+_RTOL_EXACT, _MAX_CG_ITERATIONS_EXACT = 1e-8, 200
 
 
 def normalize(X: Floats) -> Floats:
@@ -41,9 +42,9 @@ def low_pass_normals(
     guide: Floats,
     strength: float,
     range_sigma: float,
-    is_cut: bool = False,
+    is_exact: bool = False,
 ) -> Floats:
-    """Unit normals (A + t L_w)^-1 A N; ``is_cut``: whether the graph has parts that must not depend on each other."""
+    """Unit normals (A + t L_w)^-1 A N; ``is_exact``: whether it is solved to rounding."""
     # the mean centroids of two equilateral triangles of edge 1 on an edge are 1 / sqrt(3) apart
     inv_2sigma_s2 = 1.5 / _SPATIAL_SIGMA**2
     inv_2sigma_r2 = 0.5 / range_sigma**2
@@ -52,7 +53,7 @@ def low_pass_normals(
     root = np.sqrt(a)
     weight, degree = kernels.bilateral_weights(center, guide, root, inv_2sigma_s2, inv_2sigma_r2)
     diagonal = a + strength * degree
-    rtol, most = (_RTOL_CUT, _MAX_CG_ITERATIONS_CUT) if is_cut else (_RTOL, _MAX_CG_ITERATIONS)
+    rtol, most = (_RTOL_EXACT, _MAX_CG_ITERATIONS_EXACT) if is_exact else (_RTOL, _MAX_CG_ITERATIONS)
     return normalize(kernels.solve(weight, diagonal, strength, a[:, None] * N, guide, rtol, most))
 
 
@@ -63,9 +64,9 @@ def iterate(
     start: str,
     strength: float,
     range_sigma: float,
-    is_cut: bool = False,
+    is_exact: bool = False,
 ) -> Iterator[Floats]:
-    """The vertices after each iteration, without end; ``is_cut`` as for :func:`low_pass_normals`.
+    """The vertices after each iteration, without end; ``is_exact`` as for :func:`low_pass_normals`.
 
     Normals are guided by those of the isotropically smoothed surface first, then by those of the result so far.
     """
@@ -75,7 +76,7 @@ def iterate(
     guide = mesh.kernels.face_geometry(smoothed)[1]
     while True:
         center, N, area = mesh.kernels.face_geometry(V)
-        N = low_pass_normals(mesh.kernels, center, N, area, guide, strength, range_sigma, is_cut)
+        N = low_pass_normals(mesh.kernels, center, N, area, guide, strength, range_sigma, is_exact)
         V = mesh.kernels.update_vertices(V, N, mesh.step_size, _VERTEX_STEPS)
         yield V
         guide = mesh.kernels.face_geometry(V)[1]
@@ -87,8 +88,8 @@ def apply_setting(
     """What a complete setting makes of the given vertices."""
     if setting.strength is None or setting.range_sigma is None or not setting.iterations:
         return smoothed
-    is_cut = mesh.cut is not None
-    path = iterate(mesh, given, smoothed, setting.start, setting.strength, setting.range_sigma, is_cut)
+    is_exact = mesh.is_exact or mesh.cut is not None  # the parts of a cut surface must not depend on each other
+    path = iterate(mesh, given, smoothed, setting.start, setting.strength, setting.range_sigma, is_exact)
     for count in range(1, setting.iterations):
         next(path)
         if progress is not None:

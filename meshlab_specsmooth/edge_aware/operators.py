@@ -31,6 +31,10 @@ _MIN_BENT = 0.12
 # docs/constants.md: _WEIGHT_OF_RIM, _RINGS_OF_RIM
 _WEIGHT_OF_RIM, _RINGS_OF_RIM = 0.3, 12
 
+# Tolerance of the least squares where a part of a surface is to give what the whole does: what differs by more than
+# rounding in a guide may turn a face to the other side of an edge.
+_EXACT = 1e-8
+
 _DIGITS = 30  # binary digits of the unit of length
 
 
@@ -59,6 +63,8 @@ class FaceOperators:
         The creases, if there are any.
     voxels : Voxels or None
         Of the mask that the surface was made from, where these are known.
+    is_exact : bool
+        Whether equations are solved to rounding, so that a part of a surface gives what the whole does.
     """
 
     V: Floats
@@ -73,6 +79,7 @@ class FaceOperators:
     boundary: str = "auto"
     cut: Cut | None = None
     voxels: Voxels | None = None
+    is_exact: bool = False
 
     @property
     def holds_boundary(self) -> bool:
@@ -221,6 +228,8 @@ def _smooth(mesh: FaceOperators, V: Floats, setting: Smoothing, boundary: str) -
     """The isotropic filter of other positions of the mesh's vertices."""
     region = Region(boundary=boundary)  # type: ignore[arg-type]
     apply = smooth_operators if setting.barycenter_weight is None else smooth_by_setting
+    if mesh.is_exact:
+        setting = replace(setting, method="chebyshev", tolerance=_EXACT)
     if mesh.cut is None:
         return apply(_move(mesh.ops, V, mesh.F, V - mesh.V), setting, region)
     origin = mesh.cut.origin

@@ -52,7 +52,7 @@ _DIGITS = 40
 
 
 def replace_outliers(
-    X: Floats, L: Laplacian, held: npt.NDArray[np.integer] | None = None
+    X: Floats, L: Laplacian, held: npt.NDArray[np.integer] | None = None, median: float | None = None
 ) -> tuple[Floats, npt.NDArray[np.int64]]:
     """Move stray vertices to where the bending of the surface around them is least.
 
@@ -63,6 +63,8 @@ def replace_outliers(
         Uniform.
     held : (b,) int, optional
         Vertices that are never strays, as those of a boundary, whose neighbors lie on one side.
+    median : float, optional
+        Median distance of a vertex from the mean of its neighbors, as of a surface that X is a piece of.
 
     Returns
     -------
@@ -74,7 +76,7 @@ def replace_outliers(
     found: list[npt.NDArray[np.int64]] = []
     Y, limit = X, max(1, int(MAX_FRACTION * len(X)))
     for _ in range(_MAX_SEARCHES):
-        strays = _find(Y, L, held)
+        strays = _find(Y, L, held, median)
         if len(strays) == 0:
             break
         found.append(strays)
@@ -92,12 +94,19 @@ def replace_outliers(
     return Y, indices
 
 
-def _find(X: Floats, L: Laplacian, held: npt.NDArray[np.integer] | None) -> npt.NDArray[np.int64]:
+def measure_offsets(X: Floats, L: Laplacian) -> Floats:
+    """Return the (n,) distances of vertices from the means of their neighbors."""
     off, distance = L @ X, np.empty(len(X))
     blocks.parallel_rows(lambda at: np.sqrt(np.einsum("ij,ij->i", off[at], off[at]), out=distance[at]), len(X))
+    return distance
+
+
+def _find(X: Floats, L: Laplacian, held: npt.NDArray[np.integer] | None, median: float | None) -> npt.NDArray[np.int64]:
+    distance = measure_offsets(X, L)
     if held is not None:
         distance[held] = 0.0
-    median = float(np.median(distance))
+    if median is None:
+        median = float(np.median(distance))
     candidates = np.flatnonzero(distance > max(_MIN_OVER_MEDIAN * median, np.finfo(np.float64).eps))
     candidates = candidates[distance[candidates] > _MIN_OVER_MEAN_EDGE * _mean_edges_around(X, L, candidates)]
     return np.array([i for i in candidates if _is_stray(X, L, int(i), float(distance[i]))], dtype=np.int64)

@@ -150,7 +150,7 @@ def measure_shape(
         )
     products = (X[:, :, None] * X[:, None, :]).reshape(-1, 9)
     first, second = (
-        np.stack([np.bincount(at, weights=column, minlength=count) for column in columns.T], axis=1)
+        np.stack([np.bincount(at, weights=x, minlength=count).astype(np.float64) for x in columns.T], axis=1)
         for columns in (X, products)
     )
     number = np.bincount(at, minlength=count).astype(np.float64)

@@ -105,6 +105,14 @@ class Operators:
         return np.empty(0, dtype=np.int32) if self.boundary is None else self.boundary.vertices
 
 
+def with_scale(ops: Operators, mean_edge: float, curve_edge: float) -> Operators:
+    """The operators with the mean edges of a surface that theirs is a part of, and of its boundary, in mesh units."""
+    if ops.boundary is None:
+        return ops
+    edge, of_curve = (float(np.ldexp(length, -ops.exponent)) for length in (mean_edge, curve_edge))
+    return replace(ops, mean_edge=edge, boundary=replace(ops.boundary, mean_edge=of_curve))
+
+
 @accept_meshes
 def assemble(
     mesh: Mesh,
