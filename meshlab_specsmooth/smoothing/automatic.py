@@ -8,7 +8,7 @@ components of different scale or noise are treated one by one.
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -143,13 +143,6 @@ def choose_setting(
     tried = [_as_candidate(ops, low_pass, setting) for low_pass in candidates]
     voxels = None if setting.spacing is None else Voxels.of(setting.spacing, 2.0**-ops.exponent)
     choice = choose_weight(ops, tried, mask, subrange(progress, 0.0, _CHOICE), voxels)
-    X = positions = ops.positions
-    if choice.noise.kind == IMPULSE:
-        free = resolve_region(ops, region).free
-        positions = np.where(free > 0, clip_impulses(ops), X)
-    elif choice.noise.kind == CORRELATED and region.boundary == "auto" and ops.boundary is not None:
-        free = resolve_region(ops, replace(region, boundary="free")).free
-        positions = np.where(free > 0, move_boundary_along_normals(ops, choice.weight), X)
     weight: float | Floats = choice.weight
     if choice.varying is not None:
         weight = np.full(len(ops.surface.vertices), MAX_WEIGHT)
@@ -158,7 +151,18 @@ def choose_setting(
     if choice.noise.kind == STAIRCASE:
         wavelength = float(np.ldexp(STAIRCASE_WAVELENGTH * choice.noise.mean_edge, ops.exponent))
         chosen = replace(chosen, low_pass=Heat(wavelength=wavelength), iterations=STAIRCASE_ITERATIONS)
-    return Chosen(choice, chosen, ops if positions is X else replace(ops, positions=positions), candidates)
+    return Chosen(choice, chosen, prepare_start(ops, choice.noise, choice.weight, region), candidates)
+
+
+def prepare_start(ops: Operators, noise: Noise, weight: float, region: Region = EVERYWHERE) -> Operators:
+    """Where the filter starts: with impulses clipped, or a boundary smoothed along the normals; the mesh otherwise."""
+    if noise.kind == IMPULSE:
+        free = resolve_region(ops, region).free
+        return replace(ops, positions=np.where(free > 0, clip_impulses(ops), ops.positions))
+    if noise.kind == CORRELATED and region.boundary == "auto" and ops.boundary is not None:
+        free = resolve_region(ops, replace(region, boundary="free")).free
+        return replace(ops, positions=np.where(free > 0, move_boundary_along_normals(ops, weight), ops.positions))
+    return ops
 
 
 def _as_candidate(ops: Operators, low_pass: LowPassLike, setting: Smoothing) -> CandidateLowPass:
@@ -340,19 +344,12 @@ def _smooth_within_noise(
         result = smooth_by_setting(
             chosen.start, setting, region, start=start, workspace=workspace, progress=monotone(progress)
         )
-        return _add_start(ops, result, chosen)
+        return add_start(ops, result, chosen.start, noise)
 
     setting = chosen.setting
-    result = smooth(setting, region, start)
+    result, region, note = leave_lost(ops, noise, region, lambda region, start: smooth(setting, region, start), start)
+    notes += [] if note is None else [note]
     displacement = get_displacement(ops, result.vertices)
-    lost = find_lost_vertices(displacement, ops, noise.level)
-    if lost is not None:
-        region = replace(region, mask=exclude_vertices(ops, region, lost))
-        notes.append(describe_lost(lost))
-        result = smooth(setting, region, None)
-        displacement = get_displacement(ops, result.vertices)
-        displacement[lost] = 0.0  # where impulses were clipped before
-        result = with_displacement(ops, result, displacement.copy())
     change = first = compare_to_result(ops, displacement, count, labels, noise)
     weight: float | Floats = 1.0 if setting.barycenter_weight is None else setting.barycenter_weight
     for _ in range(_MAX_RETRIES):
@@ -376,13 +373,32 @@ def _smooth_within_noise(
     return add_warnings(result, *notes)
 
 
-def _add_start(ops: Operators, result: SmoothingResult, chosen: Chosen) -> SmoothingResult:
+def leave_lost(
+    ops: Operators,
+    noise: Noise,
+    region: Region,
+    smooth: Callable[[Region, SmoothingResult | None], SmoothingResult],
+    start: SmoothingResult | None = None,
+) -> tuple[SmoothingResult, Region, str | None]:
+    """Smooth, and once more without vertices that would be lost between thin triangles; with the region, and a note."""
+    result = smooth(region, start)
+    lost = find_lost_vertices(get_displacement(ops, result.vertices), ops, noise.level)
+    if lost is None:
+        return result, region, None
+    region = replace(region, mask=exclude_vertices(ops, region, lost))
+    result = smooth(region, None)
+    displacement = get_displacement(ops, result.vertices)
+    displacement[lost] = 0.0  # where impulses were clipped before
+    return with_displacement(ops, result, displacement), region, describe_lost(lost)
+
+
+def add_start(ops: Operators, result: SmoothingResult, start: Operators, noise: Noise) -> SmoothingResult:
     """The result with the clipping of impulses added, and without needless shifts along the surface."""
-    fraction = tangential_fraction(chosen.choice.noise)
-    if chosen.start is ops and fraction == 1:
+    fraction = tangential_fraction(noise)
+    if start is ops and fraction == 1:
         return result
     displacement = get_displacement(ops, result.vertices)
-    displacement += chosen.start.positions - ops.positions
+    displacement += start.positions - ops.positions
     return with_displacement(ops, result, remove_tangential(displacement, ops, fraction))
 
 
