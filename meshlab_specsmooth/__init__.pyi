@@ -53,8 +53,9 @@ from meshlab_specsmooth.meshlab.signatures import get_spectrum as get_spectrum
 from meshlab_specsmooth.noise.model import Noise as Noise
 from meshlab_specsmooth.operators.assemble import Operators as Operators
 from meshlab_specsmooth.operators.assemble import assemble as assemble
-from meshlab_specsmooth.pieces.whole import PiecesResult as PiecesResult
-from meshlab_specsmooth.pieces.whole import smooth_pieces as smooth_pieces
+from meshlab_specsmooth.pieces.api import denoise_pieces as denoise_pieces
+from meshlab_specsmooth.pieces.api import smooth_pieces as smooth_pieces
+from meshlab_specsmooth.pieces.result import PiecesResult as PiecesResult
 from meshlab_specsmooth.power_spectrum import Spectrum as Spectrum
 from meshlab_specsmooth.power_spectrum import spectrum as spectrum
 from meshlab_specsmooth.reports.compared import compare as compare

@@ -7,15 +7,18 @@ import pytest
 
 import meshlab_specsmooth as mss
 from meshlab_specsmooth.cli import main
+from meshlab_specsmooth.edge_aware.part import smooth_part
 from meshlab_specsmooth.geometry.surface import signed_volume, vertex_normals
-from meshlab_specsmooth.pieces import ply, whole
+from meshlab_specsmooth.pieces import cut, ply, whole
 from meshlab_specsmooth.pieces import weld as weld_module
+from meshlab_specsmooth.pieces.bands import find_shares
 from meshlab_specsmooth.pieces.margin import find_margin
 from meshlab_specsmooth.pieces.partition import find_owners, route, split_space
-from meshlab_specsmooth.pieces.piece import count_rings, pack_tree, run_piece, unpack_tree
+from meshlab_specsmooth.pieces.piece import count_rings, run_piece
+from meshlab_specsmooth.pieces.plan import pack_tree, unpack_tree
 from meshlab_specsmooth.pieces.weld import STL_FACET
 from meshlab_specsmooth.spectral.response import response
-from tests.meshes import noisy, sheet, torus
+from tests.meshes import box, noisy, sheet, torus
 
 CLOSED = noisy(torus(200, 128), 0.2)
 OPEN = (CLOSED[0], CLOSED[1][CLOSED[0][CLOSED[1]].mean(axis=1)[:, 2] > -0.6])
@@ -59,7 +62,7 @@ def small_pieces(monkeypatch):
     return done
 
 
-@pytest.mark.parametrize("boundary", ["auto", "fixed", "free"])
+@pytest.mark.parametrize("boundary", ["auto", "fixed", "curve", "free"])
 @pytest.mark.parametrize("weight", [1.0, 0.2, 0.05])
 def test_pieces_give_the_result_of_the_whole(tmp_path, small_pieces, weight, boundary):
     V, F = OPEN
@@ -72,6 +75,101 @@ def test_pieces_give_the_result_of_the_whole(tmp_path, small_pieces, weight, bou
     rms = np.sqrt(np.square(expected - V).sum(axis=1).mean())
     assert error < 1e-3 * rms
     assert result.displacement == pytest.approx(rms, rel=1e-3)
+    assert result.volume_change is None
+
+
+@pytest.mark.parametrize(
+    ("setting", "boundary"),
+    [
+        (mss.EdgeAware(strength=2, range_sigma=0.35, iterations=4, start="given", barycenter_weight=0.3), "auto"),
+        (mss.EdgeAware(strength=8, range_sigma=1.0, iterations=11, start="given", barycenter_weight=0.3), "fixed"),
+        (
+            mss.EdgeAware(strength=0.4, range_sigma=0.28, iterations=8, start="smoothed", barycenter_weight=0.15),
+            "curve",
+        ),
+        (mss.EdgeAware(iterations=0, start="smoothed", barycenter_weight=0.12), "free"),
+    ],
+)
+def test_pieces_keep_edges_as_the_whole_does(tmp_path, small_pieces, setting, boundary):
+    V, F = OPEN
+    source = write(tmp_path / "scan.ply", V, F, wide=True)
+    result = mss.denoise_pieces(source, tmp_path / "out.ply", boundary=boundary, **vars(setting))
+    assert result.pieces >= 3
+    assert (result.filter, result.setting["bands"][0]["edge_aware"]) == ("edge_aware", vars(setting))
+    known = mss.smooth_edge_aware(V, F, setting, boundary=boundary)
+    expected = smooth_part(V, F.astype(np.int32), setting, result.mean_edge, known.noise, boundary=boundary)
+    moved = read(tmp_path / "out.ply")
+    rms = np.sqrt(np.square(expected - V).sum(axis=1).mean())
+    assert np.linalg.norm(moved - expected, axis=1).max() < 1e-3 * rms
+    if (setting.strength or 0) < 8:  # in memory, six iterations are made for the normals
+        assert np.sqrt(np.square(moved - known.vertices).sum(axis=1).mean()) < 0.03 * rms
+
+
+def test_denoising_in_pieces_chooses_as_the_whole_does_and_keeps_its_volume(tmp_path, small_pieces):
+    V, F = noisy(box(24), 0.2)
+    source = write(tmp_path / "block.ply", V, F, wide=True)
+    alone = mss.denoise(V, F)
+    assert alone.iterations > 0  # it has edges
+    result = mss.denoise_pieces(source, tmp_path / "out.ply", local=True)
+    assert (result.pieces, result.filter) == (1, "edge_aware")
+    moved = read(tmp_path / "out.ply")
+    change = signed_volume(mss.Surface(moved, F)) / signed_volume(mss.Surface(V, F)) - 1
+    assert result.volume_change == pytest.approx(change, abs=1e-5)
+    assert abs(change) < 1e-4
+    rms = np.sqrt(np.square(alone.vertices - V).sum(axis=1).mean())
+    assert np.sqrt(np.square(moved - alone.vertices).sum(axis=1).mean()) < 0.3 * rms
+
+
+def test_noise_is_treated_by_region_where_that_is_asked_for(tmp_path, small_pieces, monkeypatch):
+    monkeypatch.setattr(cut, "_SAMPLE_VERTICES", 1500)
+    V, F = sheet(160, 120)
+    left = V[:, 0] < 80
+    V[:, 2] = np.where(left, 0.5 * np.sin(V[:, 0] / 2), 0.0)
+    level = np.where(left, 0.05, 0.5)
+    rough = V + level[:, None] * np.random.default_rng(0).standard_normal(V.shape)
+    source = write(tmp_path / "scan.ply", rough, F, wide=True)
+    errors = []
+    for local in (False, True):
+        result = mss.smooth_pieces(source, tmp_path / "out.ply", local=local, difference=0.01)
+        moved = read(tmp_path / "out.ply")
+        errors.append([np.sqrt(np.square((moved - V)[side]).mean()) for side in (V[:, 0] < 65, V[:, 0] > 95)])
+    assert len(result.setting["bands"]) > 1
+    assert (np.array(errors[1]) < np.array(errors[0]) * [0.5, 1.1]).all()
+    assert result.summary.count("barycenter weight") == 1
+
+
+def test_shares_of_bands_are_continuous_and_add_up():
+    X = np.random.default_rng(0).random((2000, 3)) * 10
+    levels = [[*center, 0.1 if center[0] < 5 else 0.8] for center in (X[:40]).tolist()]
+    shares = find_shares(X, levels, [0.1, 0.8])
+    assert np.allclose(shares.sum(axis=1), 1)
+    assert ((shares >= 0) & (shares <= 1)).all()
+    near = find_shares(X + 1e-7, levels, [0.1, 0.8])
+    assert np.abs(near - shares).max() < 1e-4
+    assert shares[X[:, 0] < 2, 0].mean() > 0.9
+    assert find_shares(X[:3], None, [0.3]).tolist() == [[1.0]] * 3
+
+
+def test_strays_are_put_back_and_a_shape_that_would_change_is_not_handed_out(tmp_path, small_pieces, monkeypatch):
+    V, F = noisy(torus(200, 128), 0.1)
+    V[::1500] += 0.5
+    source = write(tmp_path / "scan.ply", V, F, wide=True)
+    for filter_in_pieces, in_memory in ((mss.smooth_pieces, mss.smooth), (mss.denoise_pieces, mss.denoise)):
+        filter_in_pieces(source, tmp_path / "out.ply", difference=0.01)
+        alone = in_memory(V, F)
+        assert len(alone.outliers) > 5
+        moved = read(tmp_path / "out.ply")
+        assert np.linalg.norm(moved - alone.vertices, axis=1).max() < 0.1
+    before = (tmp_path / "out.ply").read_bytes()
+    with monkeypatch.context() as patch:
+        judge = whole.judge_change
+        patch.setattr(whole, "judge_change", lambda *given: whole.replace(judge(*given), excessive=np.array([True])))
+        with pytest.raises(mss.FilterFailed, match="would change the shape by more than noise explains"):
+            mss.smooth_pieces(source, tmp_path / "out.ply", difference=0.01, resume=False)
+    assert (tmp_path / "out.ply").read_bytes() == before
+    source = write(tmp_path / "small.ply", *torus(), wide=True)
+    strong = mss.smooth_pieces(source, tmp_path / "out.ply", barycenter_weight=0.003, resume=False)
+    assert "this setting changes the shape" in strong.warning
 
 
 def test_one_setting_is_chosen_for_all_and_the_volume_is_that_of_the_whole(tmp_path, small_pieces):
@@ -80,7 +178,7 @@ def test_one_setting_is_chosen_for_all_and_the_volume_is_that_of_the_whole(tmp_p
     result = mss.smooth_pieces(source, tmp_path / "out.ply", difference=0.01)
     alone = mss.smooth(V, F)
     assert result.noise.level == pytest.approx(alone.noise.level, rel=0.05)
-    assert result.setting["barycenter_weight"] == pytest.approx(alone.barycenter_weight, rel=0.5)
+    assert result.setting["bands"][0]["barycenter_weight"] == pytest.approx(alone.barycenter_weight, rel=0.5)
     after = mss.Surface(read(tmp_path / "out.ply"), F)
     change = signed_volume(after) / signed_volume(mss.Surface(V, F)) - 1
     assert result.volume_change == pytest.approx(change, abs=1e-5)
@@ -216,7 +314,7 @@ def test_vertices_that_are_not_finite_and_folders_of_others_are_refused(tmp_path
         ({"barycenter_weight": np.ones(5)}, "one weight"),
         ({"spacing": 1.0}, "no spacing"),
         ({"boundary": "odd"}, "boundary is 'odd'"),
-        ({"boundary": "curve"}, "boundary is 'curve'"),
+        ({"local": 2}, "local is 2"),
     ],
 )
 def test_parameters_are_checked_first(tmp_path, given, words):
@@ -249,10 +347,11 @@ def test_space_is_split_into_boxes_with_as_many_points_and_margins_overlap():
 
 def test_rings_are_counted_along_edges_and_across_seams():
     V, F = sheet(30, 4)
-    rings = count_rings(V, F, V[:, 0] < 5, 9)
+    rings = count_rings(F.astype(np.int64), V[:, 0] < 5, np.arange(len(V)), 9)
     assert np.array_equal(rings, np.clip(V[:, 0] - 4, 0, 10))
     soup, faces = V[F].reshape(-1, 3), np.arange(3 * len(F)).reshape(-1, 3)
-    assert np.array_equal(count_rings(soup, faces, soup[:, 0] < 5, 9), rings[F].ravel())
+    _, first, place = np.unique(soup, axis=0, return_index=True, return_inverse=True)
+    assert np.array_equal(count_rings(faces, soup[:, 0] < 5, first[place.ravel()], 9), rings[F].ravel())
 
 
 def test_the_command_smooths_in_processes_of_its_own(tmp_path, capsys):

@@ -13,7 +13,7 @@ from meshlab_specsmooth.describe import count_of
 from meshlab_specsmooth.errors import InvalidParameter
 from meshlab_specsmooth.meshlab import descriptors
 from meshlab_specsmooth.meshlab.descriptors import Length
-from meshlab_specsmooth.pieces.whole import smooth_pieces
+from meshlab_specsmooth.pieces.api import smooth_pieces
 from meshlab_specsmooth.spectral.response import name_of
 
 _DESCRIPTOR = descriptors.load("apply_coord_spectral_smoothing")

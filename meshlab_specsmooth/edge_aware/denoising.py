@@ -88,10 +88,12 @@ def denoise_mesh(
     weld: bool,
     progress: Progress | None,
     spacing: float | tuple[float, float, float] | None = None,
+    is_exact: bool = False,
 ) -> EdgeAwareResult:
     """Smooth a mesh of any kind by a setting, choosing what it leaves open.
 
-    ``with_isotropic``: whether the isotropic filter is considered; ``spacing``: the sides of a mask's voxels.
+    ``with_isotropic``: whether the isotropic filter is considered; ``spacing``: the sides of a mask's voxels;
+    ``is_exact``: whether equations are solved to rounding, so that a part of a surface gives what the whole does.
     """
     progress = begin(progress, "assembling")
     if isinstance(mesh, Operators):
@@ -100,7 +102,9 @@ def denoise_mesh(
         given = recognize(mesh, faces)
         surface, source = given.surface(), given.kept()
     resolved = resolve_region(surface, region)
-    result = denoise_surface(surface, setting, resolved, with_isotropic, check_flag("weld", weld), progress, spacing)
+    result = denoise_surface(
+        surface, setting, resolved, with_isotropic, check_flag("weld", weld), progress, spacing, is_exact
+    )
     result = limit_displacement(result, region)
     finish(progress)
     return replace(result, source=source)
@@ -115,6 +119,7 @@ def denoise_surface(
     weld: bool,
     progress: Progress | None,
     spacing: float | tuple[float, float, float] | None = None,
+    is_exact: bool = False,
 ) -> EdgeAwareResult:
     """Smooth a surface, part by part where noise or scale differ."""
     began = time.perf_counter()
@@ -131,7 +136,7 @@ def denoise_surface(
     center = V[active].min(axis=0) / 2 + V[active].max(axis=0) / 2
     X = (V[active] - center) / h
     voxels = None if spacing is None else Voxels.of(spacing, 1 / h)
-    mesh = assemble_faces(X, G, region.counted(len(X)), region.boundary, voxels)
+    mesh = replace(assemble_faces(X, G, region.counted(len(X)), region.boundary, voxels), is_exact=is_exact)
     parts = _group(mesh) if setting.is_automatic and voxels is None else []
     if len(parts) > 1:
         result = _denoise_parts(mesh, parts, setting, region, with_isotropic, progress)
@@ -189,6 +194,7 @@ def _denoise_parts(
         h, center = compute_mean_side(mesh.V[at], faces), mesh.V[at].min(axis=0) / 2 + mesh.V[at].max(axis=0) / 2
         own = region.renumbered(index, len(at))
         alone = assemble_faces((mesh.V[at] - center) / h, faces, own.counted(len(at)), region.boundary)
+        alone = replace(alone, is_exact=mesh.is_exact)
         share = subrange(progress, done / len(Y), len(at) / len(Y))
         result = _denoise(alone, setting, own, with_isotropic, share)
         done += len(at)
@@ -400,6 +406,7 @@ def _denoise_repaired(
     if h == 0:  # without the strays nothing is left
         return _leave_unchanged(mesh.V, Noise.zero(0.0), 0.0, np.nan)
     rescaled = assemble_faces((repaired.V - center) / h, repaired.F, repaired.counted, repaired.boundary)
+    rescaled = replace(rescaled, is_exact=mesh.is_exact)
     result = _denoise(rescaled, setting, region, with_isotropic, progress, may_have_strays=False)
     if result.noise.kind == UNCLEAR:  # then strays cannot be distinguished from shape either
         return replace(_scale(result, h), vertices=mesh.V)

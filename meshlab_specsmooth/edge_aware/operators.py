@@ -136,7 +136,8 @@ def draw_sample(mesh: FaceOperators) -> tuple[FaceOperators, Patches, npt.NDArra
     counted = mesh.counted[vertices] if len(vertices) == len(mesh.V) else patches.counted
     if counted.sum() < MIN_COUNTED:
         counted = np.ones_like(counted)
-    return assemble_faces(patches.ops.positions, patches.ops.faces, counted), patches, vertices
+    sample = assemble_faces(patches.ops.positions, patches.ops.faces, counted)
+    return replace(sample, is_exact=mesh.is_exact), patches, vertices
 
 
 def cut_sample(

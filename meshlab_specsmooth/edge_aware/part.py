@@ -23,7 +23,7 @@ def smooth_part(
     F: Integers,
     setting: EdgeAware,
     mean_edge: float,
-    noise: Noise | None,
+    noise: Noise,
     *,
     boundary: str = "auto",
     weld: bool = True,
@@ -41,13 +41,13 @@ def smooth_part(
         Complete.
     mean_edge : float
         Of the whole, in mesh units.
-    noise : Noise or None
-        Of the whole, in mesh units, by which the setting was chosen: strays are then put back, and vertices between
-        thin triangles are left alone. None for a setting that was given.
+    noise : Noise
+        Of the whole, in mesh units.
     boundary : {"auto", "fixed", "curve", "free"}
     weld : bool
     stray_offset : float, optional
-        Median distance of a vertex of the whole from the mean of its neighbors; strays exceed it by far.
+        Median distance of a vertex of the whole from the mean of its neighbors, if the setting was chosen by the noise:
+        strays, which exceed it by far, are then put back, and vertices between thin triangles are left alone.
     curve_edge : float, optional
         Mean edge of the whole's boundary.
 
@@ -63,14 +63,11 @@ def smooth_part(
     mesh = replace(assemble_faces(given, G, np.ones(len(given), dtype=np.bool_), boundary), is_exact=True)
     if mesh.ops.boundary is not None and curve_edge is not None:
         mesh = replace(mesh, ops=with_scale(mesh.ops, 1.0, curve_edge / mean_edge))
-    level = 0.0
-    if noise is not None:
-        level = noise.level / mean_edge
-        mesh = replace(mesh, tangential_fraction=tangential_fraction(noise))
-        if stray_offset is not None:
-            mesh, _ = put_strays_back(mesh, FaceRegion(), stray_offset / mean_edge)
+    mesh = replace(mesh, tangential_fraction=tangential_fraction(noise))
+    if stray_offset is not None:
+        mesh, _ = put_strays_back(mesh, FaceRegion(), stray_offset / mean_edge)
     Y, _ = apply_and_repair(mesh, setting, None)
-    lost = None if noise is None else find_lost(mesh, Y, level)
+    lost = None if stray_offset is None else find_lost(mesh, Y, noise.level / mean_edge)
     if lost is not None:
         Y[lost] = given[lost]
     is_active = index >= 0

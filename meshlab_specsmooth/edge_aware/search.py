@@ -115,7 +115,7 @@ class Search:
         start, strength, range_sigma, weight = key
         with ThreadPoolExecutor(2) as pool:
             walks = [
-                iterate(self.mesh, given, smoothed, start, strength, range_sigma)
+                iterate(self.mesh, given, smoothed, start, strength, range_sigma, self.mesh.is_exact)
                 for given, smoothed in zip(self.positions, self.smooth(weight), strict=True)
             ]
             found: list[Candidate] = []

@@ -18,9 +18,10 @@ from meshlab_specsmooth.pieces.ply import PlyFile, sample_points, stack
 
 Indices = npt.NDArray[np.int64]
 
-# Vertices that the partition is made from; samples of the surface, and vertices of each
+# Vertices that the partition is made from; samples of the surface, more where the noise is treated by region, and
+# vertices of each
 _MAX_POINTS = 200_000
-_SAMPLES, _SAMPLE_VERTICES = 16, 12_000
+_SAMPLES, _SAMPLES_BY_REGION, _SAMPLE_VERTICES = 16, 160, 12_000
 
 # Faces of a block whose edges are measured around their place
 _MAX_MEASURED = 20_000
@@ -43,6 +44,8 @@ class Survey:
         Centers of some faces, and their mean edges.
     patches : list of ((k, 3) float64, (l, 3) int64)
         Samples of the surface from all over it.
+    center : (3,) float64
+        Of the bounding box.
     diagonal : float
         Of the bounding box.
     """
@@ -51,11 +54,14 @@ class Survey:
     mean_edge: float
     measured: Floats
     patches: list[tuple[Floats, Indices]]
+    center: Floats
     diagonal: float
 
 
-def survey(file: PlyFile, folder: Path, report: Callable[[float], None]) -> Survey:
+def survey(file: PlyFile, folder: Path, report: Callable[[float], None], by_region: bool = False) -> Survey:
     """Look at all vertices and faces once; writes the number of faces at each vertex into the folder.
+
+    ``by_region``: whether there are samples of each region.
 
     Raises
     ------
@@ -68,7 +74,8 @@ def survey(file: PlyFile, folder: Path, report: Callable[[float], None]) -> Surv
     points, low, high = sample_points(blocks, file.vertex_count, _MAX_POINTS, f"{file.path}: vertex")
     count = max(1, file.vertex_count // _SAMPLE_VERTICES)
     fine = split_space(points, count)
-    wanted = set(np.linspace(0, count - 1, min(_SAMPLES, count)).round().astype(int).tolist())
+    samples = min(_SAMPLES_BY_REGION if by_region else _SAMPLES, count)
+    wanted = set(np.linspace(0, count - 1, samples).round().astype(int).tolist())
     found: dict[int, list[Indices]] = {leaf: [] for leaf in wanted}
     valence = np.memmap(folder / VALENCE, np.int32, "w+", shape=(file.vertex_count,))
     records, total, edges, measured = file.positions(), 0.0, 0, []
@@ -86,7 +93,7 @@ def survey(file: PlyFile, folder: Path, report: Callable[[float], None]) -> Surv
     valence.flush()
     patches = [_gather(records, np.concatenate(parts)) for parts in found.values() if parts]
     diagonal = float(np.linalg.norm(high - low))
-    return Survey(points, total / edges, np.concatenate(measured), patches, diagonal)
+    return Survey(points, total / edges, np.concatenate(measured), patches, low / 2 + high / 2, diagonal)
 
 
 def _gather(records: npt.NDArray[np.void], corners: Indices) -> tuple[Floats, Indices]:

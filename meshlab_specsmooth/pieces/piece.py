@@ -2,28 +2,24 @@
 
 from __future__ import annotations
 
-import json
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from meshlab_specsmooth.arrays import Booleans, Floats
 from meshlab_specsmooth.batching.record import DONE, FAILED, SKIPPED, Outcome
-from meshlab_specsmooth.choices import Boundary, LaplacianKind
 from meshlab_specsmooth.geometry.surface import Surface, vertex_normals
-from meshlab_specsmooth.geometry.triangles import compute_face_vectors
 from meshlab_specsmooth.geometry.welding import find_copies
+from meshlab_specsmooth.noise.shape_change import Shape, measure_shape
 from meshlab_specsmooth.pieces.cut import VALENCE, read_faces
-from meshlab_specsmooth.pieces.partition import Node, find_owners
-from meshlab_specsmooth.pieces.ply import open_ply, stack
+from meshlab_specsmooth.pieces.filter import smooth_piece
+from meshlab_specsmooth.pieces.partition import find_owners
+from meshlab_specsmooth.pieces.plan import Plan, read_plan, unpack_tree
+from meshlab_specsmooth.pieces.ply import PlyFile, open_ply, stack
 from meshlab_specsmooth.runtime import atomic
-from meshlab_specsmooth.runtime.warned import unwarned
-from meshlab_specsmooth.smoothing.api import smooth
-from meshlab_specsmooth.spectral.response import response
 
 Indices = npt.NDArray[np.int64]
 
@@ -52,81 +48,46 @@ class PieceJob:
     number: int
 
 
-@dataclass(frozen=True)
-class Plan:
-    """What is the same for all pieces.
+@dataclass(frozen=True, eq=False)
+class _Gathered:
+    """The faces that may belong to a piece, and their vertices.
 
-    Attributes
-    ----------
-    response : str
-    cutoff : float
-        Eigenvalue.
-    barycenter_weight : float
-    iterations : int
-    boundary, laplacian : str
-    weld : bool
-    max_displacement : float or None
-    tolerance : float
-        Of the least squares.
-    rings : int
-        Of the margin.
-    tree : list
-        The partition.
+    ``place`` is the first vertex at the place of each.
     """
 
-    response: str
-    cutoff: float
-    barycenter_weight: float
-    iterations: int
-    boundary: Boundary
-    laplacian: LaplacianKind
-    weld: bool
-    max_displacement: float | None
-    tolerance: float
-    rings: int
-    tree: list[Any]
+    ids: Indices
+    V: Floats
+    F: Indices
+    own: Booleans
+    place: Indices
 
-    def smooth(self, V: Floats, F: Indices, cut: Booleans) -> Any:
-        """Smooth a piece, which is held at its ``cut`` vertices, (n,), where a boundary would not be."""
-        return smooth(
-            V,
-            F,
-            response=response(self.response, self.cutoff),
-            barycenter_weight=self.barycenter_weight,
-            iterations=self.iterations,
-            boundary=self.boundary,
-            mask=~cut if self.boundary == "free" and cut.any() else None,
-            laplacian=self.laplacian,
-            weld=self.weld,
-            max_displacement=self.max_displacement,
-            tolerance=self.tolerance,
-            method="chebyshev",
-        )
+    def boundary(self, F: Indices) -> Indices:
+        """(b, 2) edges of one face, of which a vertex is owned."""
+        G = self.place[F]
+        edges = np.sort(np.concatenate([G[:, [0, 1]], G[:, [1, 2]], G[:, [2, 0]]]), axis=1)
+        edges = edges[(edges[:, 0] != edges[:, 1]) & self.own[edges].any(axis=1)]
+        found, count = np.unique(edges[:, 0] * len(self.V) + edges[:, 1], return_counts=True)
+        once = found[count == 1]
+        return np.stack([once // len(self.V), once % len(self.V)], axis=1)
 
 
-def write_plan(folder: Path, plan: Plan) -> None:
-    """Store a plan."""
-    atomic.write_text(folder / "plan.json", json.dumps(asdict(plan)) + "\n")
+def _gather(folder: Path, number: int, file: PlyFile, plan: Plan) -> _Gathered:
+    corners = read_faces(folder, number)
+    ids, local = np.unique(corners, return_inverse=True)
+    V = stack(file.positions()[ids])
+    own = find_owners(unpack_tree(plan.tree), V) == number
+    copies = find_copies(V, np.ones(len(V), dtype=np.bool_)) if plan.weld else None
+    place = np.arange(len(V)) if copies is None else copies.astype(np.int64)
+    return _Gathered(ids, V, local.reshape(-1, 3).astype(np.int64), own, place)
 
 
-def read_plan(folder: Path) -> Plan:
-    """Load a plan."""
-    return Plan(**json.loads((folder / "plan.json").read_text(encoding="utf-8")))
-
-
-def pack_tree(node: Node) -> list[Any]:
-    """A partition as nested lists."""
-    if node.low is None or node.high is None:
-        return [node.leaf]
-    return [node.axis, node.at, pack_tree(node.low), pack_tree(node.high), node.first, node.end]
-
-
-def unpack_tree(packed: list[Any]) -> Node:
-    """The partition of :func:`pack_tree`."""
-    if len(packed) == 1:
-        return Node(leaf=packed[0], first=packed[0], end=packed[0] + 1)
-    axis, at, low, high, first, end = packed
-    return Node(axis, at, unpack_tree(low), unpack_tree(high), first=first, end=end)
+def measure_boundary(folder: Path, number: int, file: PlyFile, plan: Plan) -> tuple[float, float]:
+    """Return the length of the boundary that a piece owns, and its number of edges; those with one end count half."""
+    piece = _gather(folder, number, file, plan)
+    edges = piece.boundary(piece.F)
+    shares = piece.own[edges].mean(axis=1)
+    lengths = np.linalg.norm(piece.V[edges[:, 0]] - piece.V[edges[:, 1]], axis=1)
+    return float((lengths * shares).sum()), float(shares.sum())
 
 
 def run_piece(job: PieceJob) -> Outcome:
@@ -136,52 +97,39 @@ def run_piece(job: PieceJob) -> Outcome:
     if output.exists():
         return Outcome(job.source, job.output, SKIPPED)
     folder = Path(job.folder)
-    plan = read_plan(folder)
-    corners = read_faces(folder, job.number)
-    ids, local = np.unique(corners, return_inverse=True)
-    F = local.reshape(-1, 3).astype(np.int64)
-    file = open_ply(job.source)
-    V = stack(file.positions()[ids])
-    own = find_owners(unpack_tree(plan.tree), V) == job.number
-    needed = np.memmap(folder / VALENCE, np.int32, "r", shape=(file.vertex_count,))[ids]
-    is_whole = np.bincount(F.ravel(), minlength=len(ids)) == needed
-    rings = count_rings(V, F, own, plan.rings)
+    plan, file = read_plan(folder), open_ply(job.source)
+    piece = _gather(folder, job.number, file, plan)
+    V, F, own = piece.V, piece.F, piece.own
+    needed = np.memmap(folder / VALENCE, np.int32, "r", shape=(file.vertex_count,))[piece.ids]
+    is_whole = np.bincount(F.ravel(), minlength=len(V)) == needed
+    rings = count_rings(F, own, piece.place, plan.rings)
     if (~is_whole & (rings < plan.rings)).any():
         reached = int(rings[~is_whole].min())
         return Outcome(job.source, job.output, FAILED, f"{TOO_NARROW}: {reached} of {plan.rings} rings")
-    kept = (rings <= plan.rings)[F].all(axis=1)
-    used, inner = np.unique(F[kept], return_inverse=True)
+    kept = F[(rings <= plan.rings)[F].all(axis=1)]
+    used, inner = np.unique(kept, return_inverse=True)
     X, G = V[used], inner.reshape(-1, 3).astype(np.int64)
-    if len(G) == 0:
-        _store(output, ids[own], V[own], None, (0.0, 0.0), 0.0)
-        return Outcome(job.source, job.output, DONE, vertices=int(own.sum()), seconds=time.perf_counter() - start)
-    with unwarned():
-        result = plan.smooth(X, G, rings[used] == plan.rings)
     mine = own[used]
-    normals = vertex_normals(Surface(result.vertices, G.astype(np.int32)))[mine] if file.has_normals else None
-    owned = own[F[kept][:, 0]]
-    volumes = (_sum_volumes(X, G[owned]), _sum_volumes(result.vertices, G[owned]))
-    change = result.vertices[mine] - X[mine]
-    _store(output, ids[used][mine], result.vertices[mine], normals, volumes, float(np.square(change).sum()))
-    return Outcome(
-        job.source,
-        job.output,
-        DONE,
-        vertices=int(mine.sum()),
-        cutoff=plan.cutoff,
-        seconds=time.perf_counter() - start,
-    )
+    Y = smooth_piece(plan, X, G, rings[used] == plan.rings) if len(G) else X
+    corners = G.astype(np.int32)
+    owned = corners[own[kept][:, 0]]
+    center = np.array(plan.center)
+    before, after = (measure_shape(positions - center, owned, among=mine) for positions in (X, Y))
+    square = float(np.square((Y - X)[mine]).sum())
+    normals = vertex_normals(Surface(Y, corners))[mine] if len(G) else np.zeros((len(X), 3))
+    sums = Sums(before, after, square, len(piece.boundary(kept)))
+    _store(output, PieceResult(piece.ids[used][mine], Y[mine], normals, sums))
+    seconds = time.perf_counter() - start
+    return Outcome(job.source, job.output, DONE, vertices=int(mine.sum()), cutoff=plan.cutoff, seconds=seconds)
 
 
-def count_rings(V: Floats, F: Indices, own: Booleans, most: int) -> npt.NDArray[np.int32]:
+def count_rings(F: Indices, own: Booleans, place: Indices, most: int) -> npt.NDArray[np.int32]:
     """Return the (n,) number of edges from each vertex to the nearest one of a set, at most ``most`` + 1.
 
-    Vertices at one place are one.
+    ``place`` is the first vertex at the place of each: vertices at one place are one.
     """
-    copies = find_copies(V, np.ones(len(V), dtype=np.bool_))
-    place = np.arange(len(V)) if copies is None else copies.astype(np.int64)
     G = place[F]
-    rings = np.full(len(V), most + 1, dtype=np.int32)
+    rings = np.full(len(own), most + 1, dtype=np.int32)
     rings[place[own]] = 0
     left = G
     for ring in range(1, most + 1):
@@ -195,25 +143,43 @@ def count_rings(V: Floats, F: Indices, own: Booleans, most: int) -> npt.NDArray[
     return rings[place]
 
 
-def _sum_volumes(V: Floats, F: Indices) -> float:
-    """The volume between the faces and the origin."""
-    vectors = compute_face_vectors(V, F.astype(np.int32))
-    return float(np.einsum("ij,ij->", V[F[:, 0]], vectors) / 6)
+@dataclass(frozen=True, eq=False)
+class Sums:
+    """Over what a piece owns; those of all pieces add up to those of the whole.
+
+    Attributes
+    ----------
+    before, after : Shape
+    square : float
+        Of the squared displacements.
+    boundary : int
+        Edges of one face at vertices of the piece.
+    """
+
+    before: Shape
+    after: Shape
+    square: float
+    boundary: int
+
+    def pack(self) -> Floats:
+        """All numbers in a row."""
+        shapes = [np.ravel(getattr(shape, each.name)) for shape in (self.before, self.after) for each in fields(shape)]
+        return np.concatenate([*shapes, [self.square, self.boundary]])
+
+    @staticmethod
+    def unpack(row: Floats) -> Sums:
+        """The sums of :meth:`pack`, or of rows added up."""
+        shapes = []
+        for start in (0, _SHAPE):
+            number, faces, *rest = row[start : start + _SHAPE]
+            first, second, last = np.array(rest[:3]), np.array(rest[3:12]), [np.array([x]) for x in rest[12:]]
+            shapes.append(Shape(np.array([number]), np.array([faces]), first[None], second.reshape(1, 3, 3), *last))
+        return Sums(shapes[0], shapes[1], float(row[-2]), int(row[-1]))
 
 
-def _store(
-    output: Path,
-    ids: Indices,
-    positions: Floats,
-    normals: Floats | None,
-    volumes: tuple[float, float],
-    square: float,
-) -> None:
-    """Write the result of a piece, whole or not at all."""
-    with atomic.atomic_write(output) as part, part.open("wb") as file:
-        head = np.array([len(ids), normals is not None, *volumes, square], dtype=np.float64)
-        for each in (head, ids.astype(np.int64), positions, *([] if normals is None else [normals])):
-            np.ascontiguousarray(each).tofile(file)
+# Numbers of a Shape of one component, and of Sums
+_SHAPE = 17
+_ROW = 2 * _SHAPE + 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -223,29 +189,31 @@ class PieceResult:
     Attributes
     ----------
     ids : (k,) int64, rising
-    positions : (k, 3) float64
-    normals : (k, 3) float64 or None
-    volumes : (float, float)
-        Of the tetrahedra between its faces and the origin, before and after.
-    square : float
-        Sum of the squared displacements.
+    positions, normals : (k, 3) float64
+    sums : Sums
     """
 
     ids: Indices
     positions: Floats
-    normals: Floats | None
-    volumes: tuple[float, float]
-    square: float
+    normals: Floats
+    sums: Sums
+
+
+def _store(output: Path, result: PieceResult) -> None:
+    """Write the result of a piece, whole or not at all."""
+    head = np.array([len(result.ids), *result.sums.pack()], dtype=np.float64)
+    with atomic.atomic_write(output) as part, part.open("wb") as file:
+        for each in (head, result.ids.astype(np.int64), result.positions, result.normals):
+            np.ascontiguousarray(each).tofile(file)
 
 
 def read_result(path: Path) -> PieceResult:
     """Open the result of a piece."""
-    count, has_normals, before, after, square = np.fromfile(path, np.float64, 5).tolist()
-    k, start = int(count), 5 * 8
+    count, *row = np.fromfile(path, np.float64, 1 + _ROW).tolist()
+    k, start, sums = int(count), 8 * (1 + _ROW), Sums.unpack(np.array(row))
     if k == 0:
         none = np.empty((0, 3))
-        return PieceResult(np.empty(0, dtype=np.int64), none, none if has_normals else None, (before, after), square)
+        return PieceResult(np.empty(0, dtype=np.int64), none, none, sums)
     ids = np.memmap(path, np.int64, "r", start, (k,))
-    positions = np.memmap(path, np.float64, "r", start + 8 * k, (k, 3))
-    normals = np.memmap(path, np.float64, "r", start + 32 * k, (k, 3)) if has_normals else None
-    return PieceResult(ids, positions, normals, (before, after), square)
+    positions, normals = (np.memmap(path, np.float64, "r", start + at * k, (k, 3)) for at in (8, 32))
+    return PieceResult(ids, positions, normals, sums)

@@ -19,46 +19,47 @@ import numpy.typing as npt
 
 from meshlab_specsmooth.batching import cluster, local
 from meshlab_specsmooth.batching.record import DONE, SKIPPED, Outcome
-from meshlab_specsmooth.choices import Boundary, LaplacianKind
-from meshlab_specsmooth.describe import Described, Rows, count_of, format_length
+from meshlab_specsmooth.choices import LaplacianKind
+from meshlab_specsmooth.describe import count_of
 from meshlab_specsmooth.errors import FileError, FilterFailed, InvalidParameter
 from meshlab_specsmooth.noise.model import IMPULSE, Noise
+from meshlab_specsmooth.noise.shape_change import judge_change
 from meshlab_specsmooth.operators.assemble import BYTES_PER_VERTEX
 from meshlab_specsmooth.operators.boundary import BLENDING_RINGS
 from meshlab_specsmooth.parameters import MAX_WORKERS, check_count, check_number, check_path, resolve_extent, show
+from meshlab_specsmooth.pieces.choose import Choice
 from meshlab_specsmooth.pieces.cut import Survey, cut, find_reach, survey
-from meshlab_specsmooth.pieces.margin import TOLERANCE, find_margin
+from meshlab_specsmooth.pieces.margin import find_margin
 from meshlab_specsmooth.pieces.partition import split_space
 from meshlab_specsmooth.pieces.piece import (
     TOO_NARROW,
     PieceJob,
     PieceResult,
-    Plan,
-    pack_tree,
+    Sums,
+    measure_boundary,
     read_result,
-    unpack_tree,
-    write_plan,
 )
-from meshlab_specsmooth.pieces.ply import PlyFile, open_ply
+from meshlab_specsmooth.pieces.plan import Plan, pack_noise, pack_tree, unpack_tree, write_plan
+from meshlab_specsmooth.pieces.ply import PlyFile, open_ply, stack
+from meshlab_specsmooth.pieces.result import PiecesResult
 from meshlab_specsmooth.pieces.serve import serve_pieces
 from meshlab_specsmooth.pieces.weld import Parts, Tiles, open_parts, weld
 from meshlab_specsmooth.runtime import atomic, memory
 from meshlab_specsmooth.runtime.bars import begin
 from meshlab_specsmooth.runtime.folders import ensure_folder
 from meshlab_specsmooth.runtime.progress import Progress, announce, finish, subrange
-from meshlab_specsmooth.runtime.warned import unwarned
-from meshlab_specsmooth.smoothing.api import smooth
-from meshlab_specsmooth.smoothing.automatic import scale_modes
-from meshlab_specsmooth.smoothing.result import SmoothingResult, join_warnings
-from meshlab_specsmooth.smoothing.settings import Region, Smoothing
-from meshlab_specsmooth.spectral.low_pass import CutoffResponse
-from meshlab_specsmooth.spectral.response import Response, name_of
+from meshlab_specsmooth.smoothing.result import join_warnings
+from meshlab_specsmooth.smoothing.settings import Region
 
 #: Default time limit per piece in seconds.
 TIME_LIMIT = 3600.0
 
 # Of a piece beside the operators: its faces, indices and results. Measured by scripts/benchmark_pieces.py
 _BYTES_PER_VERTEX = BYTES_PER_VERTEX + 700
+# Of an edge-aware piece, whose faces have neighbors and weights
+_BYTES_PER_VERTEX_OF_EDGE_AWARE = 3000
+# What the clipping of impulses spreads over its iterations
+_RINGS_OF_CLIPPING = 30
 # Of this process and of each worker before the first piece, with one block of faces
 _BASE, _BASE_OF_WORKER = 350 * 2**20, 400 * 2**20
 _MIN_PIECE, _MAX_PIECE = 20_000, 4_000_000
@@ -70,180 +71,126 @@ _SHARE_OF_SOLVER = 0.01
 # Fractions of the time
 _WELDED, _SURVEYED, _CUT, _SMOOTHED = 0.2, 0.1, 0.25, 0.9
 
+# Of a plan, what a result shows
+_SHOWN = (
+    "bands",
+    "levels",
+    "response",
+    "cutoff",
+    "iterations",
+    "boundary",
+    "laplacian",
+    "weld",
+    "max_displacement",
+    "tolerance",
+)
+
 _UNITS = {"": 1, "K": 2**10, "M": 2**20, "G": 2**30, "T": 2**40}
 
 
-@dataclass(frozen=True, repr=False)
-class PiecesResult(Described):
-    """What was done to a file in pieces.
+@dataclass(frozen=True, eq=False)
+class Request:
+    """What is asked for.
 
     Attributes
     ----------
-    output : str
-    vertices, faces : int
-    pieces : int
-    rings : int
-        Of the margin of each piece.
-    setting : dict
-        The one setting of all pieces.
-    noise : Noise or None
-        Of samples from all over the mesh; None if the weight was given.
-    displacement : float
-        Root mean square, in mesh units.
-    volume_change : float or None
-        Relative, of the whole; None if it has no volume.
-    mean_edge : float
-    seconds : float
-    warning : str or None
+    choose : callable
+        Makes the choice for all pieces, from a survey and the number of vertices.
+    setting : str
+        By which the request is recognized again.
+    region : Region
+    laplacian, weld
+    by_region : bool
+        Whether the noise is treated by region.
+    difference : float
+        To smoothing the whole, relative to the root mean square displacement.
+    tolerance : float
+        Of the least squares, at most.
     """
 
-    output: str
-    vertices: int
-    faces: int
-    pieces: int
-    rings: int
-    setting: dict[str, Any]
-    noise: Noise | None
-    displacement: float
-    volume_change: float | None
-    mean_edge: float
-    seconds: float
-    warning: str | None = None
+    choose: Callable[[Survey, int], Choice]
+    setting: str
+    region: Region
+    laplacian: LaplacianKind
+    weld: bool
+    by_region: bool
+    difference: float
+    tolerance: float = 1.0
 
     @property
-    def summary(self) -> str:
-        """Summary of the result in one sentence."""
-        if self.displacement == 0:
-            return f"{self.vertices} vertices left as they are: {self.warning}"
-        noise = "" if self.noise is None else f"; {self.noise.summary}"
-        return (
-            f"{self.vertices} vertices in {count_of(self.pieces, 'piece')} with {self.rings} rings of margin, "
-            f"barycenter weight {self.setting['barycenter_weight']:.3g}{noise}"
+    def identity(self) -> dict[str, Any]:
+        """What makes this request differ from others for the same file."""
+        names = ("setting", "laplacian", "weld", "by_region", "difference", "tolerance")
+        function = getattr(self.choose, "__qualname__", "")
+        return {**{name: getattr(self, name) for name in names}, "region": repr(self.region), "choose": function}
+
+
+@dataclass(frozen=True)
+class Machines:
+    """Where pieces are smoothed: processes of this machine, or a Dask cluster; parameters of the public functions."""
+
+    memory_limit: int | str | None
+    scheduler: str | None
+    workers: int
+    time_limit: float
+
+    def checked(self) -> Machines:
+        """The same with the limit in bytes."""
+        return Machines(
+            check_memory(self.memory_limit),
+            self.scheduler,
+            check_count("workers", self.workers, 1, MAX_WORKERS),
+            local.check_time_limit(self.time_limit),
         )
 
-    def rows(self) -> Rows:
-        """Return names and values to display below the summary."""
-        rows = [("moved", f"{format_length(self.displacement, self.mean_edge)} (RMS)")]
-        if self.volume_change is not None:
-            rows.append(("volume", f"{100 * self.volume_change:+.3f} %"))
-        rows += [("mean edge", f"{self.mean_edge:.4g}"), ("time", f"{self.seconds:.1f} s")]
-        return rows if self.warning is None else [*rows, ("warning", self.warning)]
+    @property
+    def limit(self) -> int:
+        """The limit of memory in bytes."""
+        return check_memory(self.memory_limit)
+
+    def outcomes(self, jobs: Sequence[tuple[PieceJob, int]]) -> Generator[Outcome]:
+        """Smooth pieces."""
+        if self.scheduler is None:
+            return local.outcomes(jobs, self.workers, self.time_limit, serve_pieces, self.limit)
+        return cluster.outcomes(jobs, self.scheduler, self.time_limit, serve_pieces)
 
 
-def smooth_pieces(
+def smooth_whole(
     source: str | os.PathLike[str],
     out: str | os.PathLike[str],
-    *,
-    memory_limit: int | str | None = None,
-    difference: float = TOLERANCE,
-    scheduler: str | None = None,
-    workers: int = 1,
-    time_limit: float = TIME_LIMIT,
-    resume: bool = True,
-    boundary: Boundary = "auto",
-    max_displacement: float | str | None = None,
-    laplacian: LaplacianKind = "uniform",
-    weld: bool = True,
-    progress: Progress | None = None,
-    **setting: Any,
+    request: Request,
+    machines: Machines,
+    resume: bool,
+    progress: Progress | None,
 ) -> PiecesResult:
-    """Smooth a mesh file of any size as :func:`meshlab_specsmooth.smooth` does, within a given amount of memory.
-
-    The file is looked at once. The noise is measured and the setting chosen on samples from all over it. Space is
-    cut into boxes with as many vertices each; a piece is the surface in a box with a margin of some rings, for
-    which its own vertices become what they would in the whole, up to ``difference``. Pieces are smoothed one by
-    one, in processes of this machine or on a Dask cluster, and put together. Properties of vertices and faces that
-    have no meaning here are copied to the byte, and normals are computed anew. The output is written whole or not
-    at all. Finished pieces are kept in the folder ``OUT.pieces`` until the whole is done; the same call goes on
-    where an earlier one ended.
-
-    Parameters
-    ----------
-    source : path
-        A binary PLY file of triangles, a binary STL file, or a folder of binary PLY files (tiles) whose vertices
-        coincide where they touch.
-    out : path
-        A file in the format of the source; for tiles a folder.
-    memory_limit : int or str, optional
-        Bytes that all processes of this machine may take together, or such as ``"4G"``; by default half of what is
-        free. On a cluster, what one worker may take.
-    difference : float
-        Largest difference to smoothing the whole, relative to the root mean square displacement; the margin follows.
-    scheduler : str, optional
-        Address of a Dask scheduler (extra ``cluster``), whose workers have this package and see the same files.
-    workers : int
-        Processes on this machine; the pieces become smaller with more of them.
-    time_limit : float
-        Seconds after which the process of a piece is killed.
-    resume : bool
-        Keep what an earlier call for the same file and setting has done.
-    boundary, max_displacement, laplacian, weld
-        As for :func:`meshlab_specsmooth.smooth`; a percentage is of the diagonal of the whole.
-    progress : callable, optional
-    **setting
-        Fields of :class:`meshlab_specsmooth.Smoothing`: one setting for all pieces. ``modes`` are those of the whole.
-        A weight for each vertex and a response of your own are not supported.
-
-    Returns
-    -------
-    PiecesResult
-
-    Raises
-    ------
-    InvalidParameter
-    FileError
-        The source is no such file, or the output cannot be written; what is finished is kept.
-    FilterFailed
-        A piece failed; what is finished is kept.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> import meshlab_specsmooth as mss
-    >>> ms = mss.MeshSet()
-    >>> ms.create_sphere(subdiv=5)
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     ms.save_current_mesh(folder + "/ball.ply")
-    ...     result = mss.smooth_pieces(folder + "/ball.ply", folder + "/smooth.ply", barycenter_weight=1.0)
-    >>> result.vertices, result.pieces
-    (10242, 1)
-    """
+    """Smooth a file in pieces; parameters as for :func:`meshlab_specsmooth.smooth_pieces`."""
     began = time.perf_counter()
-    asked = Smoothing.of(**setting)
-    if isinstance(asked.barycenter_weight, np.ndarray) or isinstance(asked.low_pass, Response) or asked.spacing:
-        raise InvalidParameter(
-            "pieces have one weight and a response by name, and no spacing; smooth the whole instead"
-        )
-    region = Region(boundary=boundary, max_displacement=max_displacement)
-    if boundary == "curve":  # its mean edge is that of all curves
-        raise InvalidParameter(
-            "boundary is 'curve'; pieces have 'auto', 'fixed' or 'free' (mss.smooth_boundary smooths it)"
-        )
-    limit = check_memory(memory_limit)
-    difference = check_number("difference", difference, 1e-8, 0.5)
-    workers = check_count("workers", workers, 1, MAX_WORKERS)
-    time_limit = local.check_time_limit(time_limit)
+    machines = machines.checked()
+    request = replace(request, difference=check_number("difference", request.difference, 1e-8, 0.5))
     progress = begin(progress, "looking at the file")
     place = check_path("source", source)
     opened = open_parts(place) or open_ply(place)
     parts = None if isinstance(opened, PlyFile) else opened
     names = [opened.path] if isinstance(opened, PlyFile) else opened.paths
     target = _check_target(check_path("out", out), parts, names)
-    given = {"setting": repr(asked), "region": repr(region), "laplacian": laplacian, "weld": weld}
-    folder = _open_folder(target, names, {**given, "difference": difference}, resume)
+    folder = _open_folder(target, names, request.identity, resume)
     report = subrange(progress, 0.0, 0.0 if parts is None else _WELDED) or _ignore
     file, ids = (opened, None) if isinstance(opened, PlyFile) else _weld(opened, folder, report)
     progress = progress if parts is None else subrange(progress, _WELDED, 1 - _WELDED)
-    seen, plan, chosen = _prepare(file, folder, asked, region, laplacian, weld, difference, limit, workers, progress)
+    seen = survey(file, folder, subrange(progress, 0.0, _SURVEYED) or _ignore, request.by_region)
+    choice = request.choose(seen, file.vertex_count)
+    plan: Plan | None = None
     results: list[PieceResult] = []
-    if plan is not None:
-        results = _smooth_all(file, folder, plan, seen, scheduler, workers, time_limit, limit, progress)
+    if choice.moves:
+        plan = _make_plan(file, seen, choice, request, machines)
+        results, plan = _smooth_all(file, folder, plan, seen, machines, progress)
+    change = _judge(results, plan, choice, seen)
     announce(progress, "writing")
     moved = target if parts is None else folder / "moved.ply"
-    _write_whole(file, moved, results, subrange(progress, _SMOOTHED, 1 - _SMOOTHED))
+    _write_whole(file, moved, results, change.step, plan, subrange(progress, _SMOOTHED, 1 - _SMOOTHED))
     if parts is not None and ids is not None:
         parts.write(target, open_ply(moved), ids)
-    summary = _summarize(file, target, seen, plan, chosen, results, began)
+    summary = _summarize(file, target, seen, plan, choice, results, change, began)
     del results, ids  # they read from the folder
     shutil.rmtree(folder)
     finish(progress)
@@ -319,49 +266,46 @@ def _open_folder(target: Path, names: Sequence[Path], asked: dict[str, Any], res
     return folder
 
 
-def _prepare(
-    file: PlyFile,
-    folder: Path,
-    asked: Smoothing,
-    region: Region,
-    laplacian: LaplacianKind,
-    weld: bool,
-    difference: float,
-    limit: int,
-    workers: int,
-    progress: Progress | None,
-) -> tuple[Survey, Plan | None, SmoothingResult]:
-    """Look at the file, and choose the setting, the margin and the partition; no plan where nothing is to be done."""
-    report = subrange(progress, 0.0, _SURVEYED)
-    seen = survey(file, folder, report or _ignore)
-    chosen = _choose(file, seen, asked, laplacian, weld)
-    if chosen.noise is not None and chosen.noise.is_left_alone:
-        return seen, None, chosen
-    weight = chosen.barycenter_weight
-    # where the noise varies each vertex has a weight; the pieces have one, the mean on a scale of factors
-    one_weight = float(np.exp(np.mean(np.log(np.maximum(weight, 1e-12)))))
-    iterations = chosen.setting.iterations if isinstance(chosen.setting, Smoothing) else asked.iterations
-    rings = iterations * find_margin(one_weight, chosen.cutoff, difference)
-    if region.boundary == "free":  # a mask holds the cut, and fades out
+def _make_plan(file: PlyFile, seen: Survey, choice: Choice, request: Request, machines: Machines) -> Plan:
+    """The margin and the partition for what was chosen."""
+    region = request.region
+    margin = find_margin(
+        choice.lowest_weight,
+        choice.cutoff,
+        request.difference,
+        choice.edge_aware_iterations,
+        region.boundary == "curve",
+    )
+    rings = choice.iterations * margin
+    if choice.filter == "isotropic" and region.boundary == "free":  # a mask holds the cut, and fades out
         rings += BLENDING_RINGS
-    per_worker = (limit - _BASE) // workers - _BASE_OF_WORKER
-    most = int(np.clip(per_worker // _BYTES_PER_VERTEX, _MIN_PIECE, _MAX_PIECE))
+    if choice.noise is not None and choice.noise.kind == IMPULSE:
+        rings += _RINGS_OF_CLIPPING
+    per_worker = (machines.limit - _BASE) // machines.workers - _BASE_OF_WORKER
+    needed = _BYTES_PER_VERTEX_OF_EDGE_AWARE if choice.filter == "edge_aware" else _BYTES_PER_VERTEX
+    most = int(np.clip(per_worker // needed, _MIN_PIECE, _MAX_PIECE))
     count = _count_pieces(file.vertex_count, most, rings)
     displacement = region.max_displacement
-    plan = Plan(
-        name_of(chosen.response),
-        chosen.cutoff,
-        one_weight,
-        iterations,
-        region.boundary,
-        laplacian,
-        weld,
-        None if displacement is None else resolve_extent(displacement, seen.diagonal),
-        min(asked.tolerance, _SHARE_OF_SOLVER * difference),
-        rings,
-        pack_tree(split_space(seen.points, count)),
+    return Plan(
+        filter=choice.filter,
+        bands=choice.bands,
+        levels=choice.levels,
+        noise=None if choice.noise is None else pack_noise(choice.noise),
+        mean_edge=seen.mean_edge,
+        curve_edge=None,
+        stray_offset=choice.stray_offset if choice.is_automatic else None,
+        response=choice.response,
+        cutoff=choice.cutoff,
+        iterations=choice.iterations,
+        boundary=region.boundary,
+        laplacian=request.laplacian,
+        weld=request.weld,
+        max_displacement=None if displacement is None else resolve_extent(displacement, seen.diagonal),
+        tolerance=min(request.tolerance, _SHARE_OF_SOLVER * request.difference),
+        rings=rings,
+        center=seen.center.tolist(),
+        tree=pack_tree(split_space(seen.points, count)),
     )
-    return seen, plan, chosen
 
 
 def _count_pieces(vertices: int, most: int, rings: int) -> int:
@@ -370,71 +314,50 @@ def _count_pieces(vertices: int, most: int, rings: int) -> int:
     return 1 if vertices <= most else int(np.ceil(vertices / side**2))
 
 
-def _choose(file: PlyFile, seen: Survey, asked: Smoothing, laplacian: LaplacianKind, weld: bool) -> SmoothingResult:
-    """Smooth samples from all over the mesh: what was chosen for them is chosen for all."""
-    patches = [(V, F) for V, F in seen.patches if len(F)]
-    starts = np.cumsum([0, *(len(V) for V, _ in patches)])
-    V = np.concatenate([V for V, _ in patches])
-    F = np.concatenate([F + start for (_, F), start in zip(patches, starts[:-1], strict=True)])
-    setting = scale_modes(asked, len(V) / file.vertex_count, len(V))
-    low_pass = setting.low_pass
-    if isinstance(low_pass, CutoffResponse) and low_pass.wavelength is not None:
-        edges = np.linalg.norm(V[F] - np.roll(V[F], 1, axis=1), axis=2).mean()
-        setting = replace(
-            setting, low_pass=replace(low_pass, wavelength=low_pass.wavelength * float(edges) / seen.mean_edge)
-        )
-    with unwarned():
-        return smooth(V, F, setting, laplacian=laplacian, weld=weld)
-
-
 def _smooth_all(
-    file: PlyFile,
-    folder: Path,
-    plan: Plan,
-    seen: Survey,
-    scheduler: str | None,
-    workers: int,
-    time_limit: float,
-    limit: int,
-    progress: Progress | None,
-) -> list[PieceResult]:
+    file: PlyFile, folder: Path, plan: Plan, seen: Survey, machines: Machines, progress: Progress | None
+) -> tuple[list[PieceResult], Plan]:
     """Cut the file, and smooth all pieces; those whose margin is too narrow once more with a wider one."""
     tree = unpack_tree(plan.tree)
     reach = find_reach(seen, tree, plan.rings)
-    write_plan(folder, plan)
     left = [number for number in range(tree.end) if not _result_of(folder, number).exists()]
-    for _ in range(_WIDENINGS):
+    for attempt in range(_WIDENINGS):
         if not left:
             break
         announce(progress, "cutting")
         report = subrange(progress, _SURVEYED, _CUT - _SURVEYED)
         counts = cut(file, tree, reach, folder, report or _ignore)
-        announce(progress, f"smoothing {count_of(len(left), 'piece')}")
-        jobs = [
-            (PieceJob(str(file.path.absolute()), str(_result_of(folder, n)), str(folder), n), _bytes_needed(counts[n]))
-            for n in left
-        ]
-        coming = (
-            local.outcomes(jobs, workers, time_limit, serve_pieces, limit)
-            if scheduler is None
-            else cluster.outcomes(jobs, scheduler, time_limit, serve_pieces)
-        )
-        left = _collect(coming, len(jobs), subrange(progress, _CUT, _SMOOTHED - _CUT))
+        if attempt == 0:
+            if plan.boundary == "curve":
+                plan = replace(plan, curve_edge=_measure_curves(file, folder, plan, tree.end))
+            write_plan(folder, plan)
+        source = str(file.path.absolute())
+        pieces = [PieceJob(source, str(_result_of(folder, number)), str(folder), number) for number in left]
+        jobs = [(piece, _bytes_needed(counts[piece.number], plan)) for piece in pieces]
+        left = _collect(machines.outcomes(jobs), len(jobs), subrange(progress, _CUT, _SMOOTHED - _CUT))
         reach[left] *= _WIDER
     if left:
         raise FilterFailed(
             f"the edges around piece {left[0]} are too long for a margin of {plan.rings} rings; raise the weight"
         )
-    return [read_result(_result_of(folder, number)) for number in range(tree.end)]
+    return [read_result(_result_of(folder, number)) for number in range(tree.end)], plan
+
+
+def _measure_curves(file: PlyFile, folder: Path, plan: Plan, count: int) -> float | None:
+    """The mean edge of the boundary of the whole; None if it is closed."""
+    found = [measure_boundary(folder, number, file, plan) for number in range(count)]
+    length, edges = (sum(column) for column in zip(*found, strict=True))
+    return length / edges if edges else None
 
 
 def _result_of(folder: Path, number: int) -> Path:
     return folder / f"result-{number:06}.bin"
 
 
-def _bytes_needed(faces: int) -> int:
+def _bytes_needed(faces: int, plan: Plan) -> int:
     """Of a piece in a process of its own."""
-    return _BASE_OF_WORKER + faces // 2 * _BYTES_PER_VERTEX
+    each = _BYTES_PER_VERTEX_OF_EDGE_AWARE if plan.filter == "edge_aware" else _BYTES_PER_VERTEX
+    return _BASE_OF_WORKER + faces // 2 * each
 
 
 def _collect(coming: Generator[Outcome], count: int, progress: Progress | None) -> list[int]:
@@ -442,12 +365,14 @@ def _collect(coming: Generator[Outcome], count: int, progress: Progress | None) 
     narrow: list[tuple[int, str]] = []
     failed: list[tuple[int, str]] = []
     done = 0
+    announce(progress, f"0 of {count_of(count, 'piece')}")
     with contextlib.closing(coming):
         for outcome in coming:
             done += 1
             number = int(Path(outcome.output).stem.rpartition("-")[2])
             if outcome.status not in (DONE, SKIPPED):
                 (narrow if outcome.reason.startswith(TOO_NARROW) else failed).append((number, outcome.reason))
+            announce(progress, f"{done} of {count_of(count, 'piece')}")
             if progress is not None:
                 progress(done / count)
     if failed:
@@ -458,17 +383,80 @@ def _collect(coming: Generator[Outcome], count: int, progress: Progress | None) 
     return [number for number, _ in sorted(narrow)]
 
 
-def _write_whole(file: PlyFile, target: Path, results: list[PieceResult], progress: Progress | None) -> None:
-    """Write the file with new positions, and with all other bytes as they were."""
+@dataclass(frozen=True)
+class _Change:
+    """What all pieces did to the shape.
+
+    Attributes
+    ----------
+    volume : float or None
+        Relative.
+    step : float
+        How far all vertices move along their normals to hold it.
+    note : str or None
+    """
+
+    volume: float | None = None
+    step: float = 0.0
+    note: str | None = None
+
+
+def _judge(results: Sequence[PieceResult], plan: Plan | None, choice: Choice, seen: Survey) -> _Change:
+    """Hold the shape of the whole against the noise, and its volume where that is to be held."""
+    if plan is None:
+        return _Change()
+    sums = Sums.unpack(np.sum([result.sums.pack() for result in results], axis=0))
+    closed = np.array([sums.boundary == 0])
+    noise = choice.noise or Noise.zero(seen.mean_edge)
+    noise = replace(noise, level=max(noise.level, choice.level), local=None)
+    change = judge_change(sums.before, sums.after, closed, noise)
+    volume, offset = float(change.volume[0]), float(change.offset[0])
+    step, note = 0.0, None
+    # of an edge-aware filter the volume is held, of the isotropic one if it would change by more than noise explains
+    if plan.filter == "edge_aware" or (choice.is_automatic and change.excessive[0]):
+        step = offset if abs(offset) <= noise.level else 0.0
+    if choice.is_automatic and change.excessive[0]:
+        held = replace(sums.after, volume=sums.after.volume + step * sums.after.area)
+        if judge_change(sums.before, held, closed, noise).excessive[0]:
+            raise FilterFailed(
+                f"smoothing would change the shape by more than noise explains ({change.describe()}); nothing is "
+                "written. Give a setting (barycenter_weight)"
+            )
+        note = f"the volume was held, which smoothing would change ({change.describe()})"
+    elif not choice.is_automatic and change.is_large:
+        note = f"this setting changes the shape: {change.describe()}"
+    if np.isfinite(volume) and step:
+        volume += step * float(sums.after.area[0]) / float(sums.before.volume[0])
+    return _Change(volume if np.isfinite(volume) else None, step, note)
+
+
+def _write_whole(
+    file: PlyFile,
+    target: Path,
+    results: Sequence[PieceResult],
+    step: float,
+    plan: Plan | None,
+    progress: Progress | None,
+) -> None:
+    """Write the file with new positions, all moved a step along their normals, and all other bytes as they were."""
+    limit = None if plan is None else plan.max_displacement
 
     def change(first: int, block: npt.NDArray[Any]) -> None:
         for result in results:
             low, high = np.searchsorted(result.ids, [first, first + len(block)])
             at = result.ids[low:high] - first
+            X, normals = result.positions[low:high], result.normals[low:high]
+            if step:
+                given = stack(block[at])
+                motion = X - given
+                motion = np.where(motion.any(axis=1, keepdims=True), motion + step * normals, 0.0)
+                if limit is not None:
+                    motion *= np.minimum(1, limit / np.maximum(np.linalg.norm(motion, axis=1, keepdims=True), limit))
+                X = given + motion
             for axis, column in enumerate("xyz"):
-                block[column][at] = result.positions[low:high, axis]
-                if result.normals is not None:
-                    block["n" + column][at] = result.normals[low:high, axis]
+                block[column][at] = X[:, axis]
+                if file.has_normals:
+                    block["n" + column][at] = normals[:, axis]
         if progress is not None:
             progress((first + len(block)) / file.vertex_count)
 
@@ -480,27 +468,28 @@ def _summarize(
     target: Path,
     seen: Survey,
     plan: Plan | None,
-    chosen: SmoothingResult,
-    results: list[PieceResult],
+    choice: Choice,
+    results: Sequence[PieceResult],
+    change: _Change,
     began: float,
 ) -> PiecesResult:
-    before, after = (sum(result.volumes[k] for result in results) for k in (0, 1))
-    square = sum(result.square for result in results)
-    varies = "the noise varies, but the pieces have one weight" if np.ndim(chosen.barycenter_weight) else None
-    strays = chosen.noise is not None and (chosen.noise.kind == IMPULSE or len(chosen.outliers) > 0)
-    far_off = "vertices far off are smoothed with the rest, not put back first" if strays else None
-    warning = join_warnings(chosen.warning, varies, far_off)
+    square = sum(result.sums.square for result in results)
+    warning = join_warnings(choice.warning, change.note)
+    if plan is None and choice.noise is not None:
+        warning = choice.noise.summary
+    setting = {} if plan is None else asdict(plan)
     return PiecesResult(
         output=str(target),
         vertices=file.vertex_count,
         faces=file.face_count,
+        filter=choice.filter,
         pieces=len(results),
         rings=0 if plan is None else plan.rings,
-        setting={} if plan is None else {k: v for k, v in asdict(plan).items() if k not in ("tree", "rings")},
-        noise=chosen.noise,
+        setting={name: setting[name] for name in _SHOWN if name in setting},
+        noise=choice.noise,
         displacement=float(np.sqrt(square / file.vertex_count)),
-        volume_change=after / before - 1 if abs(before) > 1e-9 * seen.diagonal**3 else None,
+        volume_change=change.volume,
         mean_edge=seen.mean_edge,
         seconds=time.perf_counter() - began,
-        warning=warning if plan is not None else (chosen.noise.summary if chosen.noise is not None else warning),
+        warning=warning,
     )
