@@ -5,6 +5,7 @@ python3 scripts/benchmark_pieces.py                    2, 8, 18 and 50 million t
 python3 scripts/benchmark_pieces.py --sizes 1 2        in millions of triangles
 python3 scripts/benchmark_pieces.py --cluster          also on two Dask workers, one of which is killed
 python3 scripts/benchmark_pieces.py --difference       4 million vertices in 1, 5, 16 and 40 pieces, beside the whole
+python3 scripts/benchmark_pieces.py --denoise          the edge-aware filter, on folded sheets
 python3 scripts/benchmark_pieces.py --out docs         writes pieces.png there, which docs/pieces.md shows
 
 The meshes are corrugated sheets with noise, binary PLY, written in blocks. Memory is that of all processes together, by
@@ -52,14 +53,16 @@ ROWS = 500
 MAX_WHOLE = 20
 
 
-def write_sheet(path: Path, side: int, noise: float = 0.25) -> None:
-    """Write a corrugated sheet of side x side vertices with noise."""
+def write_sheet(path: Path, side: int, noise: float = 0.25, is_folded: bool = False) -> None:
+    """Write a corrugated or folded sheet of side x side vertices with noise."""
     rng = np.random.default_rng(0)
     with path.open("wb") as file:
         file.write(HEADER.format(n=side * side, m=2 * (side - 1) ** 2).encode())
         for first in range(0, side, ROWS):
             y, x = np.mgrid[first : min(side, first + ROWS), 0:side].astype(float)
             z = 30 * np.sin(x / 90) * np.cos(y / 120) + 4 * np.sin((x + 2 * y) / 25)
+            if is_folded:
+                z = 0.8 * np.abs((x + 0.3 * y) % 50 - 25)
             X = np.stack([x, y, z], axis=-1).reshape(-1, 3)
             X += noise * rng.standard_normal(X.shape)
             records = np.empty(len(X), VERTEX)
@@ -141,28 +144,35 @@ def compare(a: Path, b: Path) -> float:
     return largest
 
 
-def measure_difference(side: int = 2000) -> None:
-    """Print a table for one mesh in one piece and in many, beside the whole with the same setting."""
+def measure_difference(side: int = 2000, is_folded: bool = False) -> None:
+    """Print a table for one mesh in one piece and in many, beside the whole with the same setting.
+
+    A folded one is denoised, and its pieces are compared with one piece.
+    """
     with tempfile.TemporaryDirectory() as temporary:
         source, out = Path(temporary) / "sheet.ply", Path(temporary) / "pieces.ply"
-        write_sheet(source, side)
+        write_sheet(source, side, is_folded=is_folded)
         file = open_ply(source)
         V, F = stack(file.positions()), np.concatenate([corners for _, corners in file.faces()])
         print("| pieces | limit | rings | seconds | GiB | largest difference, of the RMS displacement |")
         print("|---|---|---|---|---|---|")
         code = "import sys, json, meshlab_specsmooth as mss; "
-        code += "r = mss.smooth_pieces(*sys.argv[1:3], memory_limit=sys.argv[3]); "
-        code += "print(json.dumps([r.pieces, r.rings, r.setting['cutoff'], r.setting['barycenter_weight']]))"
+        code += f"r = mss.{'denoise' if is_folded else 'smooth'}_pieces(*sys.argv[1:3], memory_limit=sys.argv[3]); "
+        code += "print(r.summary, file=sys.stderr); weight = r.setting['bands'][0]['barycenter_weight']; "
+        code += "print(json.dumps([r.pieces, r.rings, r.setting['cutoff'], weight]))"
         expected = None
-        for limit in ("12G", "2G", "1300M", "1G"):
+        for limit in ("14G", "4G", "2G") if is_folded else ("12G", "2G", "1300M", "1G"):
             command = [sys.executable, "-c", code, str(source), str(out), limit]
             seconds, peak, printed = measure(command)
             count, rings, cutoff, weight = json.loads(printed)
-            if expected is None:
-                expected = mss.smooth(V, F, response=response("heat", cutoff), barycenter_weight=weight, tolerance=1e-7)
-                rms = np.sqrt(np.square(expected.vertices - V).sum(axis=1).mean())
             moved = stack(open_ply(out).positions())
-            error = np.linalg.norm(moved - expected.vertices, axis=1).max() / rms
+            if expected is None and is_folded:
+                expected = moved
+            elif expected is None:
+                heat = response("heat", cutoff)
+                expected = mss.smooth(V, F, response=heat, barycenter_weight=weight, tolerance=1e-7).vertices
+            rms = np.sqrt(np.square(expected - V).sum(axis=1).mean())
+            error = np.linalg.norm(moved - expected, axis=1).max() / rms
             print(f"| {count} | {limit} | {rings} | {seconds:.0f} | {peak:.2f} | {error:.1e} |", flush=True)
 
 
@@ -172,25 +182,26 @@ def main() -> None:
     parser.add_argument("--memory", default="2G")
     parser.add_argument("--cluster", action="store_true")
     parser.add_argument("--difference", action="store_true", help="only the difference to the whole")
+    parser.add_argument("--denoise", action="store_true", help="the edge-aware filter, on folded sheets")
     parser.add_argument("--out", type=Path, default=bootstrap.ROOT / "build")
     given = parser.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)
     if given.difference:
-        measure_difference()
+        measure_difference(1200 if given.denoise else 2000, given.denoise)
         return
-    rows = []
+    rows, name = [], "denoise" if given.denoise else "smooth"
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
         source, pieces, whole = folder / "sheet.ply", folder / "pieces.ply", folder / "whole.ply"
         for size in given.sizes:
             side = round((size * 1e6 / 2) ** 0.5) + 1
-            write_sheet(source, side)
-            seconds, peak, printed = measure(specsmooth("smooth", source, pieces, "--pieces", "--memory", given.memory))
+            write_sheet(source, side, is_folded=given.denoise)
+            seconds, peak, printed = measure(specsmooth(name, source, pieces, "--pieces", "--memory", given.memory))
             row = {"triangles": 2 * (side - 1) ** 2, "seconds": seconds, "memory": peak}
             print(f"{size:g} million triangles in pieces: {seconds:.1f} s, {peak:.2f} GiB", flush=True)
             print("  " + printed.strip().replace("\n", "\n  "), flush=True)
             if size <= MAX_WHOLE:
-                row["whole_seconds"], row["whole_memory"], _ = measure(specsmooth("smooth", source, whole))
+                row["whole_seconds"], row["whole_memory"], _ = measure(specsmooth(name, source, whole))
                 row["difference"] = compare(pieces, whole)
                 print(
                     f"  the whole: {row['whole_seconds']:.1f} s, {row['whole_memory']:.2f} GiB; difference at most "

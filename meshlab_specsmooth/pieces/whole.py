@@ -57,7 +57,7 @@ TIME_LIMIT = 3600.0
 # Of a piece beside the operators: its faces, indices and results. Measured by scripts/benchmark_pieces.py
 _BYTES_PER_VERTEX = BYTES_PER_VERTEX + 700
 # Of an edge-aware piece, whose faces have neighbors and weights
-_BYTES_PER_VERTEX_OF_EDGE_AWARE = 3000
+_BYTES_PER_VERTEX_OF_EDGE_AWARE = 2000
 # What the clipping of impulses spreads over its iterations
 _RINGS_OF_CLIPPING = 30
 # Of this process and of each worker before the first piece, with one block of faces
