@@ -82,7 +82,7 @@ def test_pieces_give_the_result_of_the_whole(tmp_path, small_pieces, weight, bou
     ("setting", "boundary"),
     [
         (mss.EdgeAware(strength=2, range_sigma=0.35, iterations=4, start="given", barycenter_weight=0.3), "auto"),
-        (mss.EdgeAware(strength=8, range_sigma=1.0, iterations=11, start="given", barycenter_weight=0.3), "fixed"),
+        (mss.EdgeAware(strength=8, range_sigma=1.0, iterations=6, start="given", barycenter_weight=0.3), "fixed"),
         (
             mss.EdgeAware(strength=0.4, range_sigma=0.28, iterations=8, start="smoothed", barycenter_weight=0.15),
             "curve",
@@ -135,7 +135,7 @@ def test_noise_is_treated_by_region_where_that_is_asked_for(tmp_path, small_piec
         errors.append([np.sqrt(np.square((moved - V)[side]).mean()) for side in (V[:, 0] < 65, V[:, 0] > 95)])
     assert len(result.setting["bands"]) > 1
     assert (np.array(errors[1]) < np.array(errors[0]) * [0.7, 0.5]).all()
-    assert result.summary.count("barycenter weight") == 1
+    assert result.summary.count("barycenter weight") == len(result.setting["bands"])
 
 
 def test_shares_of_bands_are_continuous_and_add_up():
@@ -151,8 +151,8 @@ def test_shares_of_bands_are_continuous_and_add_up():
 
 
 def test_strays_are_put_back_and_a_shape_that_would_change_is_not_handed_out(tmp_path, small_pieces, monkeypatch):
-    V, F = noisy(torus(200, 128), 0.1)
-    V[::1500] += 0.5
+    V, F = noisy(torus(100, 64), 0.1)
+    V[::800] += 0.5
     source = write(tmp_path / "scan.ply", V, F, wide=True)
     for filter_in_pieces, in_memory in ((mss.smooth_pieces, mss.smooth), (mss.denoise_pieces, mss.denoise)):
         filter_in_pieces(source, tmp_path / "out.ply", difference=0.01)
