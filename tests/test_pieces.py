@@ -175,7 +175,18 @@ def test_strays_are_put_back_and_a_shape_that_would_change_is_not_handed_out(tmp
 def test_one_setting_is_chosen_for_all_and_the_volume_is_that_of_the_whole(tmp_path, small_pieces):
     V, F = CLOSED
     source = write(tmp_path / "scan.ply", V, F, wide=True)
-    result = mss.smooth_pieces(source, tmp_path / "out.ply", difference=0.01)
+    stages, fractions = [], []
+
+    class Bar:
+        stage = staticmethod(stages.append)
+
+        def __call__(self, fraction):
+            fractions.append(fraction)
+
+    result = mss.smooth_pieces(source, tmp_path / "out.ply", difference=0.01, progress=Bar())
+    assert [f"{done} of {result.pieces} pieces" for done in range(result.pieces + 1)] == stages[1 : result.pieces + 2]
+    assert fractions == sorted(fractions)
+    assert fractions[-1] == 1
     alone = mss.smooth(V, F)
     assert result.noise.level == pytest.approx(alone.noise.level, rel=0.05)
     assert result.setting["bands"][0]["barycenter_weight"] == pytest.approx(alone.barycenter_weight, rel=0.5)

@@ -47,7 +47,7 @@ from meshlab_specsmooth.pieces.weld import Parts, Tiles, open_parts, weld
 from meshlab_specsmooth.runtime import atomic, memory
 from meshlab_specsmooth.runtime.bars import begin
 from meshlab_specsmooth.runtime.folders import ensure_folder
-from meshlab_specsmooth.runtime.progress import Progress, announce, finish, subrange
+from meshlab_specsmooth.runtime.progress import Progress, announce, finish, monotone, subrange
 from meshlab_specsmooth.smoothing.result import join_warnings
 from meshlab_specsmooth.smoothing.settings import Region
 
@@ -167,7 +167,8 @@ def smooth_whole(
     began = time.perf_counter()
     machines = machines.checked()
     request = replace(request, difference=check_number("difference", request.difference, 1e-8, 0.5))
-    progress = begin(progress, "looking at the file")
+    # pieces that are cut again come late
+    progress = monotone(begin(progress, "looking at the file"))
     place = check_path("source", source)
     opened = open_parts(place) or open_ply(place)
     parts = None if isinstance(opened, PlyFile) else opened
