@@ -375,6 +375,9 @@ def test_the_command_smooths_in_processes_of_its_own(tmp_path, capsys):
     assert np.abs(read(tmp_path / "out.ply") - expected).max() < 0.02 * rms  # the tolerance of the whole
     assert main([*command[:3], "--pieces", "--spacing", "1"]) == 2
     assert main([*command[:3], "--pieces", "--wavelength", "5%"]) == 2
+    assert main(["denoise", *command[1:3], "--pieces", "--crease-angle", "60"]) == 2
+    assert main(["denoise", *command[1:5], "1G", "--local"]) == 0
+    assert "edge-aware smoothing" in capsys.readouterr().out
 
 
 def write_stl(path, V, F):
