@@ -124,8 +124,10 @@ def choose_denoising(seen: Survey, asked: EdgeAware, weld: bool, by_region: bool
             return _find_smoothing(seen, 0, Smoothing(), "uniform", weld, V, F)
         band = Band(result.level, used.barycenter_weight, asdict(used))
         cutoff = from_wavelength(DEFAULT_WAVELENGTH_IN_EDGES, 1).eigenvalue
-        varies = noise.varies and not by_region
-        return _Found(band, noise, "heat", cutoff, 1, True, result.warning, varies)
+        varies = noise.local is not None and bool(np.ptp(noise.local) > 0)
+        # what is said of parts is of the samples
+        warning = noise.warning if varies else result.warning
+        return _Found(band, noise, "heat", cutoff, 1, True, warning, varies)
 
     return _choose(seen, find, asked.is_automatic, by_region)
 
@@ -153,8 +155,10 @@ def _find_smoothing(
     weight = float(np.exp(np.mean(np.log(np.maximum(result.barycenter_weight, 1e-12)))))
     iterations = result.setting.iterations if isinstance(result.setting, Smoothing) else asked.iterations
     band = Band(0.0 if noise is None else noise.level, weight)
-    varies = np.ndim(result.barycenter_weight) > 0
-    return _Found(band, noise, name_of(result.response), result.cutoff, iterations, False, result.warning, varies)
+    varies = noise is not None and noise.local is not None and bool(np.ptp(noise.local) > 0)
+    # what is said of parts is of the samples
+    warning = noise.warning if noise is not None and varies else result.warning
+    return _Found(band, noise, name_of(result.response), result.cutoff, iterations, False, warning, varies)
 
 
 def _found_nothing(noise: Noise, warning: str | None) -> _Found:
