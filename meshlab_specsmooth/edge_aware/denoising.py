@@ -136,7 +136,7 @@ def denoise_surface(
     center = V[active].min(axis=0) / 2 + V[active].max(axis=0) / 2
     X = (V[active] - center) / h
     voxels = None if spacing is None else Voxels.of(spacing, 1 / h)
-    mesh = replace(assemble_faces(X, G, region.counted(len(X)), region.boundary, voxels), is_exact=is_exact)
+    mesh = assemble_faces(X, G, region.counted(len(X)), region.boundary, voxels, is_exact)
     parts = _group(mesh) if setting.is_automatic and voxels is None else []
     if len(parts) > 1:
         result = _denoise_parts(mesh, parts, setting, region, with_isotropic, progress)
@@ -193,8 +193,8 @@ def _denoise_parts(
         faces = index[ops.active[ops.faces[each.faces]]]
         h, center = compute_mean_side(mesh.V[at], faces), mesh.V[at].min(axis=0) / 2 + mesh.V[at].max(axis=0) / 2
         own = region.renumbered(index, len(at))
-        alone = assemble_faces((mesh.V[at] - center) / h, faces, own.counted(len(at)), region.boundary)
-        alone = replace(alone, is_exact=mesh.is_exact)
+        X, counted = (mesh.V[at] - center) / h, own.counted(len(at))
+        alone = assemble_faces(X, faces, counted, region.boundary, is_exact=mesh.is_exact)
         share = subrange(progress, done / len(Y), len(at) / len(Y))
         result = _denoise(alone, setting, own, with_isotropic, share)
         done += len(at)
@@ -405,8 +405,8 @@ def _denoise_repaired(
     h = compute_mean_side(repaired.V - center, repaired.F)
     if h == 0:  # without the strays nothing is left
         return _leave_unchanged(mesh.V, Noise.zero(0.0), 0.0, np.nan)
-    rescaled = assemble_faces((repaired.V - center) / h, repaired.F, repaired.counted, repaired.boundary)
-    rescaled = replace(rescaled, is_exact=mesh.is_exact)
+    X = (repaired.V - center) / h
+    rescaled = assemble_faces(X, repaired.F, repaired.counted, repaired.boundary, is_exact=mesh.is_exact)
     result = _denoise(rescaled, setting, region, with_isotropic, progress, may_have_strays=False)
     if result.noise.kind == UNCLEAR:  # then strays cannot be distinguished from shape either
         return replace(_scale(result, h), vertices=mesh.V)

@@ -88,7 +88,12 @@ class FaceOperators:
 
 
 def assemble_faces(
-    V: Floats, F: Integers, counted: Booleans, boundary: str = "auto", voxels: Voxels | None = None
+    V: Floats,
+    F: Integers,
+    counted: Booleans,
+    boundary: str = "auto",
+    voxels: Voxels | None = None,
+    is_exact: bool = False,
 ) -> FaceOperators:
     """The operators of a surface in mean edges, every vertex with a face."""
     graph = face_graph(F, len(V))
@@ -97,7 +102,17 @@ def assemble_faces(
     on_boundary = np.zeros(len(V), dtype=np.bool_)
     on_boundary[ops.active[ops.boundary_vertices]] = True
     mesh = FaceOperators(
-        V, F, graph, face_kernels(graph), step_size, on_boundary, counted, ops, boundary=boundary, voxels=voxels
+        V,
+        F,
+        graph,
+        face_kernels(graph),
+        step_size,
+        on_boundary,
+        counted,
+        ops,
+        boundary=boundary,
+        voxels=voxels,
+        is_exact=is_exact,
     )
     if mesh.holds_boundary:
         step_size[on_boundary] = 0.0
@@ -136,8 +151,8 @@ def draw_sample(mesh: FaceOperators) -> tuple[FaceOperators, Patches, npt.NDArra
     counted = mesh.counted[vertices] if len(vertices) == len(mesh.V) else patches.counted
     if counted.sum() < MIN_COUNTED:
         counted = np.ones_like(counted)
-    sample = assemble_faces(patches.ops.positions, patches.ops.faces, counted)
-    return replace(sample, is_exact=mesh.is_exact), patches, vertices
+    sample = assemble_faces(patches.ops.positions, patches.ops.faces, counted, is_exact=mesh.is_exact)
+    return sample, patches, vertices
 
 
 def cut_sample(

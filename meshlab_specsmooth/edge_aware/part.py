@@ -60,8 +60,8 @@ def smooth_part(
         return V.copy()
     center = V[active].min(axis=0) / 2 + V[active].max(axis=0) / 2
     given = (V[active] - center) / mean_edge
-    mesh = replace(assemble_faces(given, G, np.ones(len(given), dtype=np.bool_), boundary), is_exact=True)
-    if mesh.ops.boundary is not None and curve_edge is not None:
+    mesh = assemble_faces(given, G, np.ones(len(given), dtype=np.bool_), boundary, is_exact=True)
+    if curve_edge is not None:
         mesh = replace(mesh, ops=with_scale(mesh.ops, 1.0, curve_edge / mean_edge))
     mesh = replace(mesh, tangential_fraction=tangential_fraction(noise))
     if stray_offset is not None:

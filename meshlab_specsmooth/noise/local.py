@@ -185,11 +185,11 @@ def find_varying_noise(ops: Operators, mask: Booleans | None = None) -> VaryingN
         everywhere = np.ones(len(counted), dtype=np.bool_)
         return VaryingNoise(noise, np.full(len(counted), noise.level), noise.level / local.edge, everywhere, everywhere)
     # the logarithms' mean is that of normal noise in one direction; the estimate knows better
-    relative = local.noise * (noise.level / _root_mean_square(local.noise[is_high] * local.edge[is_high]))
+    relative = local.noise * (noise.level / root_mean_square(local.noise[is_high] * local.edge[is_high]))
     around, least = spread_highest(ops.L, relative, _RINGS), -spread_highest(ops.L, -relative, _RINGS)
     is_noisy = around > NEGLIGIBLE
     level = relative * local.edge
-    rms = _root_mean_square(level[is_noisy & counted])
+    rms = root_mean_square(level[is_noisy & counted])
     scaled = replace(
         noise, level=rms, low=noise.low * rms / noise.level, high=noise.high * rms / noise.level, varies=True
     )
@@ -214,7 +214,8 @@ def _differs(level: Floats, counted: Booleans) -> bool:
     return bool(high > _MIN_RATIO * low)
 
 
-def _root_mean_square(x: Floats) -> float:
+def root_mean_square(x: Floats) -> float:
+    """The root of the mean of the squares."""
     return float(np.sqrt((x**2).mean()))
 
 

@@ -115,7 +115,7 @@ def smooth_pieces(
         return choose_smoothing(seen, vertex_count, asked, laplacian, weld, local)
 
     region = Region(boundary=boundary, max_displacement=max_displacement)
-    machines = Machines(memory_limit, scheduler, workers, time_limit)
+    machines = Machines.of(memory_limit, scheduler, workers, time_limit)
     request = Request(choose, repr(asked), region, laplacian, weld, local, difference, asked.tolerance)
     return smooth_whole(source, out, request, machines, resume, progress)
 
@@ -181,6 +181,6 @@ def denoise_pieces(
     def choose(seen: Survey, vertex_count: int) -> Choice:
         return choose_denoising(seen, asked, weld, local)
 
-    machines = Machines(memory_limit, scheduler, workers, time_limit)
+    machines = Machines.of(memory_limit, scheduler, workers, time_limit)
     request = Request(choose, repr(asked), Region(boundary=boundary), "uniform", weld, local, difference)
     return smooth_whole(source, out, request, machines, resume, progress)

@@ -12,6 +12,7 @@ from meshlab_specsmooth.arrays import Floats
 from meshlab_specsmooth.choices import LaplacianKind
 from meshlab_specsmooth.edge_aware.denoising import denoise_mesh
 from meshlab_specsmooth.edge_aware.settings import CLIPPED, EdgeAware, EdgeAwareRegion
+from meshlab_specsmooth.noise.local import root_mean_square
 from meshlab_specsmooth.noise.model import NEGLIGIBLE, STAIRCASE, UNCLEAR, Noise
 from meshlab_specsmooth.noise.outliers import measure_offsets
 from meshlab_specsmooth.operators.assemble import assemble
@@ -186,7 +187,7 @@ def _choose(seen: Survey, find: Callable[..., _Found], is_automatic: bool, by_re
     known = [[*V.mean(axis=0).tolist(), level] for (V, _), level in zip(patches, levels.tolist(), strict=True)]
     at = [float(np.exp(np.log(levels[group]).mean())) for group in groups]
     results = [replace(each, band=replace(each.band, level=level)) for each, level in zip(results, at, strict=True)]
-    return _combine(results, known if len(groups) > 1 else None, _root_mean_square(levels), offset, True, note)
+    return _combine(results, known if len(groups) > 1 else None, root_mean_square(levels), offset, True, note)
 
 
 def _combine(
@@ -222,11 +223,7 @@ def _find_level(noise: Noise | None) -> float:
     """Over all samples, which may be of several levels."""
     if noise is None:
         return 0.0
-    return noise.level if noise.local is None else max(noise.level, _root_mean_square(noise.local))
-
-
-def _root_mean_square(x: Floats) -> float:
-    return float(np.sqrt(np.mean(np.square(x))))
+    return noise.level if noise.local is None else max(noise.level, root_mean_square(noise.local))
 
 
 def _measure_offsets(V: Floats, F: npt.NDArray[np.int64]) -> Floats:

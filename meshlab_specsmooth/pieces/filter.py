@@ -9,7 +9,6 @@ from meshlab_specsmooth.arrays import Booleans, Floats
 from meshlab_specsmooth.edge_aware import part as edge_aware_part
 from meshlab_specsmooth.edge_aware.settings import EdgeAware
 from meshlab_specsmooth.noise.estimate import MAX_WEIGHT
-from meshlab_specsmooth.noise.model import Noise
 from meshlab_specsmooth.pieces.bands import find_shares
 from meshlab_specsmooth.pieces.plan import Plan, unpack_noise
 from meshlab_specsmooth.runtime.warned import unwarned
@@ -30,7 +29,7 @@ def smooth_piece(plan: Plan, V: Floats, F: npt.NDArray[np.int64], cut: Booleans)
 
 def _keep_edges(plan: Plan, V: Floats, F: npt.NDArray[np.int32], shares: Floats) -> Floats:
     """The results of all bands, blended."""
-    noise = Noise.zero(plan.mean_edge) if plan.noise is None else unpack_noise(plan.noise)
+    noise = unpack_noise(plan.noise)
     step = np.zeros_like(V)
     for band, share in zip(plan.bands, shares.T, strict=True):
         if band.edge_aware is None or not share.any():
@@ -75,7 +74,7 @@ def _smooth(plan: Plan, V: Floats, F: npt.NDArray[np.int32], shares: Floats, cut
         F,
         setting,
         plan.mean_edge,
-        None if plan.noise is None or plan.stray_offset is None else unpack_noise(plan.noise),
+        None if plan.stray_offset is None else unpack_noise(plan.noise),
         region,
         laplacian=plan.laplacian,
         weld=plan.weld,

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from meshlab_specsmooth.arrays import Booleans, Floats
 from meshlab_specsmooth.batching.record import DONE, FAILED, SKIPPED, Outcome
 from meshlab_specsmooth.geometry.surface import Surface, vertex_normals
+from meshlab_specsmooth.geometry.triangles import number_edges
 from meshlab_specsmooth.geometry.welding import find_copies
 from meshlab_specsmooth.noise.shape_change import Shape, measure_shape
 from meshlab_specsmooth.pieces.cut import VALENCE, read_faces
@@ -63,12 +64,9 @@ class _Gathered:
 
     def boundary(self, F: Indices) -> Indices:
         """(b, 2) edges of one face, of which a vertex is owned."""
-        G = self.place[F]
-        edges = np.sort(np.concatenate([G[:, [0, 1]], G[:, [1, 2]], G[:, [2, 0]]]), axis=1)
-        edges = edges[(edges[:, 0] != edges[:, 1]) & self.own[edges].any(axis=1)]
-        found, count = np.unique(edges[:, 0] * len(self.V) + edges[:, 1], return_counts=True)
-        once = found[count == 1]
-        return np.stack([once // len(self.V), once % len(self.V)], axis=1)
+        edges, number = number_edges(self.place[F[self.own[F].any(axis=1)]], len(self.V))
+        is_single = np.bincount(number.ravel(), minlength=len(edges)) == 1
+        return np.asarray(edges[is_single & (edges[:, 0] != edges[:, 1]) & self.own[edges].any(axis=1)])
 
 
 def _gather(folder: Path, number: int, file: PlyFile, plan: Plan) -> _Gathered:

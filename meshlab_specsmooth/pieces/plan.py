@@ -45,8 +45,8 @@ class Plan:
         By rising level; one, unless the noise is treated by region.
     levels : list of [x, y, z, level] or None
         Where levels were measured, if there are several bands.
-    noise : dict or None
-        Fields of the noise; None where it was not measured.
+    noise : dict
+        Fields of the noise.
     mean_edge : float
     curve_edge : float or None
         Mean edge of the boundary, where that is smoothed along itself.
@@ -72,7 +72,7 @@ class Plan:
     filter: str
     bands: tuple[Band, ...]
     levels: list[list[float]] | None
-    noise: dict[str, Any] | None
+    noise: dict[str, Any]
     mean_edge: float
     curve_edge: float | None
     stray_offset: float | None

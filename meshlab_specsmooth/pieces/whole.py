@@ -55,9 +55,8 @@ from meshlab_specsmooth.smoothing.settings import Region
 TIME_LIMIT = 3600.0
 
 # Of a piece beside the operators: its faces, indices and results. Measured by scripts/benchmark_pieces.py
-_BYTES_PER_VERTEX = BYTES_PER_VERTEX + 700
-# Of an edge-aware piece, whose faces have neighbors and weights
-_BYTES_PER_VERTEX_OF_EDGE_AWARE = 2000
+# for the edge-aware filter its faces have neighbors and weights
+_BYTES_PER_VERTEX = {"isotropic": BYTES_PER_VERTEX + 700, "edge_aware": 2000}
 # What the clipping of impulses spreads over its iterations
 _RINGS_OF_CLIPPING = 30
 # Of this process and of each worker before the first piece, with one block of faces
@@ -127,26 +126,22 @@ class Request:
 
 @dataclass(frozen=True)
 class Machines:
-    """Where pieces are smoothed: processes of this machine, or a Dask cluster; parameters of the public functions."""
+    """Where pieces are smoothed: processes of this machine, or a Dask cluster; ``limit`` is in bytes."""
 
-    memory_limit: int | str | None
+    limit: int
     scheduler: str | None
     workers: int
     time_limit: float
 
-    def checked(self) -> Machines:
-        """The same with the limit in bytes."""
+    @staticmethod
+    def of(memory_limit: int | str | None, scheduler: str | None, workers: int, time_limit: float) -> Machines:
+        """By the parameters of the public functions."""
         return Machines(
-            check_memory(self.memory_limit),
-            self.scheduler,
-            check_count("workers", self.workers, 1, MAX_WORKERS),
-            local.check_time_limit(self.time_limit),
+            check_memory(memory_limit),
+            scheduler,
+            check_count("workers", workers, 1, MAX_WORKERS),
+            local.check_time_limit(time_limit),
         )
-
-    @property
-    def limit(self) -> int:
-        """The limit of memory in bytes."""
-        return check_memory(self.memory_limit)
 
     def outcomes(self, jobs: Sequence[tuple[PieceJob, int]]) -> Generator[Outcome]:
         """Smooth pieces."""
@@ -165,7 +160,6 @@ def smooth_whole(
 ) -> PiecesResult:
     """Smooth a file in pieces; parameters as for :func:`meshlab_specsmooth.smooth_pieces`."""
     began = time.perf_counter()
-    machines = machines.checked()
     request = replace(request, difference=check_number("difference", request.difference, 1e-8, 0.5))
     # pieces that are cut again come late
     progress = monotone(begin(progress, "looking at the file"))
@@ -184,7 +178,7 @@ def smooth_whole(
     results: list[PieceResult] = []
     if choice.moves:
         plan = _make_plan(file, seen, choice, request, machines)
-        results, plan = _smooth_all(file, folder, plan, seen, machines, progress)
+        results = _smooth_all(file, folder, plan, seen, machines, progress)
     change = _judge(results, plan, choice, seen)
     announce(progress, "writing")
     moved = target if parts is None else folder / "moved.ply"
@@ -283,15 +277,14 @@ def _make_plan(file: PlyFile, seen: Survey, choice: Choice, request: Request, ma
     if choice.noise is not None and choice.noise.kind == IMPULSE:
         rings += _RINGS_OF_CLIPPING
     per_worker = (machines.limit - _BASE) // machines.workers - _BASE_OF_WORKER
-    needed = _BYTES_PER_VERTEX_OF_EDGE_AWARE if choice.filter == "edge_aware" else _BYTES_PER_VERTEX
-    most = int(np.clip(per_worker // needed, _MIN_PIECE, _MAX_PIECE))
+    most = int(np.clip(per_worker // _BYTES_PER_VERTEX[choice.filter], _MIN_PIECE, _MAX_PIECE))
     count = _count_pieces(file.vertex_count, most, rings)
     displacement = region.max_displacement
     return Plan(
         filter=choice.filter,
         bands=choice.bands,
         levels=choice.levels,
-        noise=None if choice.noise is None else pack_noise(choice.noise),
+        noise=pack_noise(choice.noise or Noise.zero(seen.mean_edge)),
         mean_edge=seen.mean_edge,
         curve_edge=None,
         stray_offset=choice.stray_offset if choice.is_automatic else None,
@@ -317,7 +310,7 @@ def _count_pieces(vertices: int, most: int, rings: int) -> int:
 
 def _smooth_all(
     file: PlyFile, folder: Path, plan: Plan, seen: Survey, machines: Machines, progress: Progress | None
-) -> tuple[list[PieceResult], Plan]:
+) -> list[PieceResult]:
     """Cut the file, and smooth all pieces; those whose margin is too narrow once more with a wider one."""
     tree = unpack_tree(plan.tree)
     reach = find_reach(seen, tree, plan.rings)
@@ -341,7 +334,7 @@ def _smooth_all(
         raise FilterFailed(
             f"the edges around piece {left[0]} are too long for a margin of {plan.rings} rings; raise the weight"
         )
-    return [read_result(_result_of(folder, number)) for number in range(tree.end)], plan
+    return [read_result(_result_of(folder, number)) for number in range(tree.end)]
 
 
 def _measure_curves(file: PlyFile, folder: Path, plan: Plan, count: int) -> float | None:
@@ -357,8 +350,7 @@ def _result_of(folder: Path, number: int) -> Path:
 
 def _bytes_needed(faces: int, plan: Plan) -> int:
     """Of a piece in a process of its own."""
-    each = _BYTES_PER_VERTEX_OF_EDGE_AWARE if plan.filter == "edge_aware" else _BYTES_PER_VERTEX
-    return _BASE_OF_WORKER + faces // 2 * each
+    return _BASE_OF_WORKER + faces // 2 * _BYTES_PER_VERTEX[plan.filter]
 
 
 def _collect(coming: Generator[Outcome], count: int, progress: Progress | None) -> list[int]:

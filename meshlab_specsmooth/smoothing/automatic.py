@@ -191,7 +191,7 @@ def _smooth_automatically(
         parts = group_components(ops, count, labels)
         if len(parts) > 1:
             return _smooth_parts(ops, parts, setting, region, progress, began)
-    base, outliers = _replace_outliers(ops, region)
+    base, outliers = put_strays_back(ops, region)
     chosen = choose_setting(base, setting, region, progress)
     if base is not ops and chosen.choice.noise.kind == IMPULSE:  # those were the highest of many
         base, outliers = ops, outliers[:0]
@@ -205,10 +205,7 @@ def _smooth_automatically(
         result = _leave_unchanged(base, chosen, began)
     else:
         result = _smooth_within_noise(base, chosen, region, start, workspace, progress, count, labels)
-    if base is not ops:
-        displacement = get_displacement(ops, result.vertices)
-        displacement += base.positions - ops.positions
-        result = with_displacement(ops, result, displacement)
+    result = add_repair(ops, result, base)
     unit = ops.exponent
     if noise.varies and chosen.choice.varying is not None:
         varying = chosen.choice.varying
@@ -302,15 +299,29 @@ def scale_modes(setting: Smoothing, fraction: float, most: int) -> Smoothing:
     return replace(setting, low_pass=replace(low_pass, modes=modes))
 
 
-def _replace_outliers(ops: Operators, region: Region) -> tuple[Operators, npt.NDArray[np.int64]]:
-    """The mesh with strays put back where they may move, and their indices among the active vertices."""
-    positions, outliers = replace_outliers(ops.positions, ops.L, ops.boundary_vertices)
+def put_strays_back(
+    ops: Operators, region: Region, median: float | None = None
+) -> tuple[Operators, npt.NDArray[np.int64]]:
+    """The mesh with strays put back where they may move, and their indices among the active vertices.
+
+    ``median``: the distance of a vertex from the mean of its neighbors, of a surface that the mesh is a part of.
+    """
+    positions, outliers = replace_outliers(ops.positions, ops.L, ops.boundary_vertices, median)
     outliers = outliers[resolve_region(ops, region).free[outliers, 0] > 0]
     if len(outliers) == 0:
         return ops, outliers
     repaired = ops.positions.copy()
     repaired[outliers] = positions[outliers]
     return replace(ops, positions=repaired), outliers
+
+
+def add_repair(ops: Operators, result: SmoothingResult, base: Operators) -> SmoothingResult:
+    """The result for a mesh whose strays were put back, ``base``, as one for the mesh that was given."""
+    if base is ops:
+        return result
+    displacement = get_displacement(ops, result.vertices)
+    displacement += base.positions - ops.positions
+    return with_displacement(ops, result, displacement)
 
 
 def _leave_unchanged(ops: Operators, chosen: Chosen, began: float) -> SmoothingResult:

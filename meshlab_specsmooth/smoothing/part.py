@@ -10,11 +10,10 @@ from meshlab_specsmooth.arrays import Floats, Integers
 from meshlab_specsmooth.choices import LaplacianKind
 from meshlab_specsmooth.geometry.surface import Surface
 from meshlab_specsmooth.noise.model import Noise
-from meshlab_specsmooth.noise.outliers import replace_outliers
 from meshlab_specsmooth.operators.assemble import assemble_surface, with_scale
 from meshlab_specsmooth.runtime import blocks
-from meshlab_specsmooth.smoothing.automatic import add_start, leave_lost, prepare_start
-from meshlab_specsmooth.smoothing.filter import get_displacement, smooth_by_setting, with_displacement
+from meshlab_specsmooth.smoothing.automatic import add_repair, add_start, leave_lost, prepare_start, put_strays_back
+from meshlab_specsmooth.smoothing.filter import smooth_by_setting
 from meshlab_specsmooth.smoothing.limit import limit_displacement
 from meshlab_specsmooth.smoothing.result import SmoothingResult
 from meshlab_specsmooth.smoothing.settings import Region, Smoothing
@@ -68,10 +67,8 @@ def smooth_part(
         return limit_displacement(result, region, ops).vertices
     in_units = noise.scaled(-ops.exponent)
     base = ops
-    if stray_offset is not None:
-        median = float(np.ldexp(stray_offset, -ops.exponent))
-        positions, strays = replace_outliers(ops.positions, ops.L, ops.boundary_vertices, median)
-        base = replace(ops, positions=positions) if len(strays) else ops
+    if stray_offset is not None:  # a stray is put back where nothing else moves, too
+        base, _ = put_strays_back(ops, replace(region, mask=None), float(np.ldexp(stray_offset, -ops.exponent)))
     weight = 1.0 if setting.barycenter_weight is None else float(np.median(setting.barycenter_weight))
     begun = prepare_start(base, in_units, weight, region)
 
@@ -79,7 +76,4 @@ def smooth_part(
         return add_start(base, smooth_by_setting(begun, setting, where, start=start), begun, in_units)
 
     result, _, _ = leave_lost(base, in_units, region, smooth)
-    if base is not ops:
-        displacement = get_displacement(ops, result.vertices) + (base.positions - ops.positions)
-        result = with_displacement(ops, result, displacement)
-    return limit_displacement(result, region, ops).vertices
+    return limit_displacement(add_repair(ops, result, base), region, ops).vertices
